@@ -1,0 +1,70 @@
+//! What can be wrong with a catalogue entry.
+
+/// Names the block and says what to do.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BlockError {
+    /// Neither or both of `shape` and `mesh`.
+    #[error("block `{name}`: give either `shape` or `mesh`, not both and not neither")]
+    ShapeOrMesh {
+        /// Block name.
+        name: String,
+    },
+    /// A size that is not a positive length.
+    #[error("block `{name}`: size = {size} m is not a positive length")]
+    BadSize {
+        /// Block name.
+        name: String,
+        /// The value.
+        size: f32,
+    },
+    /// A density that is not positive.
+    #[error("block `{name}`: density_kg_m3 = {density} must be above 0")]
+    BadDensity {
+        /// Block name.
+        name: String,
+        /// The value.
+        density: f32,
+    },
+    /// A mesh without its unit.
+    #[error(
+        "block `{name}`: add `unit = \"m\"`, \"cm\", \"mm\", \"in\" or \"ft\": a mesh file does not say what its numbers mean"
+    )]
+    NoUnit {
+        /// Block name.
+        name: String,
+    },
+    /// The mesh is not a solid.
+    #[error("block `{name}`: {source}")]
+    Mesh {
+        /// Block name.
+        name: String,
+        /// Why.
+        source: geom::MeshError,
+    },
+    /// The file could not be read.
+    #[error("block `{name}`: {message}")]
+    Read {
+        /// Block name.
+        name: String,
+        /// The reader's message, with the path.
+        message: String,
+    },
+    /// Two entries of one name.
+    #[error("block `{name}` is named twice in the catalogue")]
+    Duplicate {
+        /// Block name.
+        name: String,
+    },
+    /// No entries.
+    #[error("the catalogue has no [[block]] entry")]
+    NoBlocks,
+    /// Not built in yet.
+    #[error("block `{name}`: {what}")]
+    Unsupported {
+        /// Block name.
+        name: String,
+        /// What is missing.
+        what: &'static str,
+    },
+}

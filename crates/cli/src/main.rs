@@ -1,0 +1,2 @@
+//! `tsumu`: subcommands are the stages of the pipeline.
+fn main() {}

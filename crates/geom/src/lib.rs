@@ -1,0 +1,21 @@
+//! Points, meshes, poses and their geometry.
+//!
+//! Lengths are metres, angles radians, everything f32 near a local origin. Nothing here knows what a
+//! block is, reads a file or looks at a clock.
+
+pub mod bounds;
+pub mod cloud;
+pub mod mesh;
+pub mod mesh_query;
+pub mod observer;
+pub mod seeds;
+
+pub use bounds::Bounds;
+pub use cloud::PointCloud;
+/// A rigid transform; `site_from_block * point` reads right to left.
+pub use glamx::Pose3 as Pose;
+pub use glamx::{DQuat, DVec3, Mat3, Quat, Vec2, Vec3};
+pub use mesh::{MeshError, TriMesh};
+pub use mesh_query::MeshQuery;
+pub use observer::{Event, Observer, Silent, Warning};
+pub use seeds::SeedTree;

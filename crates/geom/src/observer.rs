@@ -1,0 +1,63 @@
+//! Progress and warnings as typed events: libraries never print.
+
+/// What a running stage has to say.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// A stage begins; `total` units of work are expected (0: unknown).
+    Started {
+        /// The stage's word in the pipeline, e.g. `segment`.
+        stage: &'static str,
+        /// Units of work expected.
+        total: u64,
+    },
+    /// `done` units of the running stage are finished.
+    Advanced {
+        /// The stage's word.
+        stage: &'static str,
+        /// Units finished so far.
+        done: u64,
+    },
+    /// A stage has ended.
+    Finished {
+        /// The stage's word.
+        stage: &'static str,
+    },
+    /// Something the user should know; the work goes on.
+    Warned(Warning),
+    /// A detail for `-v`.
+    Noted {
+        /// The stage's word.
+        stage: &'static str,
+        /// One line.
+        message: String,
+    },
+}
+
+/// A partial failure that did not stop the work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// The stage's word.
+    pub stage: &'static str,
+    /// One line: what happened, with values, and what to do about it.
+    pub message: String,
+}
+
+/// Hears events; called from any thread.
+pub trait Observer: Sync {
+    /// One event.
+    fn event(&self, event: Event);
+
+    /// True when the user asked to stop; long loops ask between units of work.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Hears nothing and never cancels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Observer for Silent {
+    fn event(&self, _event: Event) {}
+}

@@ -1,0 +1,1 @@
+//! The wall around the deep-learning library: layers, training loop, weights.

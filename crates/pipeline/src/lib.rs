@@ -1,0 +1,1 @@
+//! The pipeline: recognise and plan, one call a stage.

@@ -1,0 +1,1 @@
+//! From a pile and a design surface to a stacking plan.

@@ -1,0 +1,1 @@
+//! From segments and centre hypotheses to accepted blocks with pose and type.

@@ -1,0 +1,91 @@
+//! What `catalog.toml` says, before it becomes a [`crate::Catalog`].
+
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// The whole file: `[[block]]` entries.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CatalogSpec {
+    /// Block types, at least one.
+    pub block: Vec<BlockSpec>,
+}
+
+/// One `[[block]]`: a built-in shape or a mesh file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlockSpec {
+    /// Name used in every output.
+    pub name: String,
+    /// A built-in shape; exactly one of `shape` and `mesh` is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<Shape>,
+    /// Path of an STL, OBJ or PLY file, relative to the catalogue file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<PathBuf>,
+    /// Unit of the mesh file's numbers; needed with `mesh`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<LengthUnit>,
+    /// Density, kg/m³ (concrete 2300).
+    #[serde(default = "concrete_density")]
+    pub density_kg_m3: f32,
+}
+
+fn concrete_density() -> f32 {
+    2300.0
+}
+
+/// A parametric block; `size` is its height (cubes: edge), metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Shape {
+    /// Four tapered legs (Shore Protection Manual proportions); V = 0.280 h³.
+    Tetrapod {
+        /// Height h, metres.
+        size: f32,
+    },
+    /// Two crossed flukes and a shank, waist ratio 0.32; V = 0.16 C³.
+    Dolos {
+        /// Fluke length C, metres.
+        size: f32,
+    },
+    /// A cube.
+    Cube {
+        /// Edge, metres.
+        size: f32,
+    },
+    /// A cube tapered towards its top.
+    Antifer {
+        /// Height, metres.
+        size: f32,
+    },
+}
+
+/// Unit of a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LengthUnit {
+    /// Metres.
+    M,
+    /// Centimetres.
+    Cm,
+    /// Millimetres.
+    Mm,
+    /// Inches.
+    In,
+    /// Feet (international).
+    Ft,
+}
+
+impl LengthUnit {
+    /// Metres in one unit.
+    pub fn metres(self) -> f32 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 0.01,
+            Self::Mm => 0.001,
+            Self::In => 0.0254,
+            Self::Ft => 0.3048,
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! The design surface: how high the finished works should stand at each place.
+
+use serde::{Deserialize, Serialize};
+
+/// Heights in the site's vertical datum, positions in site coordinates (east, north), metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum DesignSurface {
+    /// One level everywhere inside `boundary`.
+    Level {
+        /// Height, metres.
+        level_m: f64,
+        /// Corners of the area, site coordinates; at least three.
+        boundary: Vec<[f64; 2]>,
+    },
+    /// The lowest of several sloping planes inside `boundary`.
+    Planes {
+        /// Planes; the surface is the minimum of them.
+        plane: Vec<SlopingPlane>,
+        /// Corners of the area.
+        boundary: Vec<[f64; 2]>,
+    },
+    /// A cross-section swept along an alignment.
+    Section {
+        /// Points of the alignment polyline (crest centre line), at least two.
+        alignment: Vec<[f64; 2]>,
+        /// Height of the crest, metres.
+        crest_level_m: f64,
+        /// Width of the crest, metres.
+        crest_width_m: f64,
+        /// Slope left of the alignment, 1 vertical to `m` horizontal.
+        left_slope_m: f64,
+        /// Slope on the right.
+        right_slope_m: f64,
+        /// Height where the slopes end, metres.
+        toe_level_m: f64,
+    },
+    /// A regular grid of heights; NaN where nothing is designed.
+    Grid {
+        /// East and north of the first node.
+        origin: [f64; 2],
+        /// Spacing, metres.
+        cell_m: f64,
+        /// Nodes along east.
+        columns: usize,
+        /// Heights, row by row northwards.
+        level_m: Vec<f64>,
+    },
+}
+
+/// A plane through a point, falling in one direction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SlopingPlane {
+    /// A point of the plane, site coordinates.
+    pub point: [f64; 2],
+    /// Its height, metres.
+    pub level_m: f64,
+    /// Compass direction in which the plane falls, degrees clockwise from north.
+    pub falls_towards_deg: f64,
+    /// 1 vertical to `slope_m` horizontal.
+    pub slope_m: f64,
+}
+
+/// Why a design surface makes no sense.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DesignError {
+    /// Too few corners or alignment points.
+    #[error("design.{key} needs at least {need} points, found {found}")]
+    TooFewPoints {
+        /// Key in the file.
+        key: &'static str,
+        /// Points needed.
+        need: usize,
+        /// Points found.
+        found: usize,
+    },
+    /// A number out of range.
+    #[error("design.{key} = {value} is not allowed: {why}")]
+    BadValue {
+        /// Key in the file.
+        key: &'static str,
+        /// The value.
+        value: f64,
+        /// What is allowed.
+        why: &'static str,
+    },
+}
+
+impl DesignSurface {
+    /// Checks ranges and counts.
+    pub fn check(&self) -> Result<(), DesignError> {
+        let need = |key, points: &[[f64; 2]], need| {
+            if points.len() < need { Err(DesignError::TooFewPoints { key, need, found: points.len() }) } else { Ok(()) }
+        };
+        let positive = |key, value: f64| {
+            if value > 0.0 { Ok(()) } else { Err(DesignError::BadValue { key, value, why: "it must be above 0" }) }
+        };
+        match self {
+            Self::Level { boundary, .. } => need("boundary", boundary, 3),
+            Self::Planes { plane, boundary } => {
+                need("boundary", boundary, 3)?;
+                if plane.is_empty() {
+                    return Err(DesignError::TooFewPoints { key: "plane", need: 1, found: 0 });
+                }
+                plane.iter().try_for_each(|p| positive("plane.slope_m", p.slope_m))
+            }
+            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
+                need("alignment", alignment, 2)?;
+                positive("crest_width_m", *crest_width_m)?;
+                positive("left_slope_m", *left_slope_m)?;
+                positive("right_slope_m", *right_slope_m)?;
+                if toe_level_m >= crest_level_m {
+                    return Err(DesignError::BadValue {
+                        key: "toe_level_m",
+                        value: *toe_level_m,
+                        why: "it must be below crest_level_m",
+                    });
+                }
+                Ok(())
+            }
+            Self::Grid { cell_m, columns, level_m, .. } => {
+                positive("cell_m", *cell_m)?;
+                if *columns < 2 || level_m.len() % columns != 0 || level_m.len() / columns < 2 {
+                    return Err(DesignError::BadValue {
+                        key: "columns",
+                        value: *columns as f64,
+                        why: "level_m must fill whole rows, at least 2 × 2",
+                    });
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Design height at a site position (east, north), or `None` outside the works.
+    pub fn level_at(&self, east: f64, north: f64) -> Option<f64> {
+        match self {
+            Self::Level { level_m, boundary } => inside(boundary, east, north).then_some(*level_m),
+            Self::Planes { plane, boundary } => inside(boundary, east, north).then(|| {
+                let level = |p: &SlopingPlane| {
+                    let (sin, cos) = p.falls_towards_deg.to_radians().sin_cos();
+                    let along = (east - p.point[0]) * sin + (north - p.point[1]) * cos;
+                    p.level_m - along / p.slope_m
+                };
+                plane.iter().map(level).fold(f64::INFINITY, f64::min)
+            }),
+            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
+                let offset = offset_from_alignment(alignment, east, north)?;
+                let beyond = (offset.abs() - crest_width_m / 2.0).max(0.0);
+                // Positive offsets lie left of the direction of travel.
+                let slope = if offset > 0.0 { left_slope_m } else { right_slope_m };
+                let level = crest_level_m - beyond / slope;
+                (level >= *toe_level_m).then_some(level)
+            }
+            Self::Grid { origin, cell_m, columns, level_m } => {
+                let rows = level_m.len() / columns;
+                let (u, v) = ((east - origin[0]) / cell_m, (north - origin[1]) / cell_m);
+                if !(0.0..=(columns - 1) as f64).contains(&u) || !(0.0..=(rows - 1) as f64).contains(&v) {
+                    return None;
+                }
+                let (i, j) = ((u as usize).min(columns - 2), (v as usize).min(rows - 2));
+                let (fu, fv) = (u - i as f64, v - j as f64);
+                let at = |i: usize, j: usize| level_m[j * columns + i];
+                let level = at(i, j) * (1.0 - fu) * (1.0 - fv)
+                    + at(i + 1, j) * fu * (1.0 - fv)
+                    + at(i, j + 1) * (1.0 - fu) * fv
+                    + at(i + 1, j + 1) * fu * fv;
+                level.is_finite().then_some(level)
+            }
+        }
+    }
+
+    /// Smallest box (east, north) around the works: `[min, max]`.
+    pub fn extent(&self) -> [[f64; 2]; 2] {
+        let around = |points: &[[f64; 2]], margin: f64| {
+            let fold = |f: fn(f64, f64) -> f64, start: f64, axis: usize| points.iter().map(|p| p[axis]).fold(start, f);
+            let low = |axis| fold(f64::min, f64::INFINITY, axis) - margin;
+            let high = |axis| fold(f64::max, f64::NEG_INFINITY, axis) + margin;
+            [[low(0), low(1)], [high(0), high(1)]]
+        };
+        match self {
+            Self::Level { boundary, .. } | Self::Planes { boundary, .. } => around(boundary, 0.0),
+            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
+                let reach = crest_width_m / 2.0 + (crest_level_m - toe_level_m) * left_slope_m.max(*right_slope_m);
+                around(alignment, reach)
+            }
+            Self::Grid { origin, cell_m, columns, level_m } => {
+                let rows = level_m.len() / columns;
+                [*origin, [origin[0] + (columns - 1) as f64 * cell_m, origin[1] + (rows - 1) as f64 * cell_m]]
+            }
+        }
+    }
+}
+
+/// Even-odd rule.
+fn inside(polygon: &[[f64; 2]], x: f64, y: f64) -> bool {
+    let mut odd = false;
+    for (i, a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        if (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0] {
+            odd = !odd;
+        }
+    }
+    odd
+}
+
+/// Signed distance from the polyline, left positive; `None` beyond its ends.
+fn offset_from_alignment(line: &[[f64; 2]], x: f64, y: f64) -> Option<f64> {
+    let mut best: Option<(f64, f64)> = None;
+    let last = line.len() - 2;
+    for i in 0..=last {
+        let (a, b) = (line[i], line[i + 1]);
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        let length2 = dx * dx + dy * dy;
+        if length2 == 0.0 {
+            continue;
+        }
+        let t = ((x - a[0]) * dx + (y - a[1]) * dy) / length2;
+        if (i == 0 && t < 0.0) || (i == last && t > 1.0) {
+            continue;
+        }
+        let t = t.clamp(0.0, 1.0);
+        let (px, py) = (x - a[0] - t * dx, y - a[1] - t * dy);
+        let distance = px.hypot(py);
+        let side = if dx * py - dy * px >= 0.0 { 1.0 } else { -1.0 };
+        if best.is_none_or(|(d, _)| distance < d) {
+            best = Some((distance, side * distance));
+        }
+    }
+    best.map(|(_, signed)| signed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_section_has_a_crest_two_slopes_and_an_end() {
+        let section = DesignSurface::Section {
+            alignment: vec![[0.0, 0.0], [100.0, 0.0]],
+            crest_level_m: 5.0,
+            crest_width_m: 4.0,
+            left_slope_m: 1.5,
+            right_slope_m: 2.0,
+            toe_level_m: 0.0,
+        };
+        assert_eq!(section.check(), Ok(()));
+        assert_eq!(section.level_at(50.0, 1.0), Some(5.0));
+        assert_eq!(section.level_at(50.0, 3.5), Some(4.0)); // left: 1.5 beyond the crest
+        assert_eq!(section.level_at(50.0, -4.0), Some(4.0)); // right: 2 beyond the crest
+        assert_eq!(section.level_at(50.0, -13.0), None);
+        assert_eq!(section.level_at(-1.0, 0.0), None);
+    }
+
+    #[test]
+    fn a_grid_interpolates_and_leaves_holes_out() {
+        let grid = DesignSurface::Grid {
+            origin: [10.0, 20.0],
+            cell_m: 2.0,
+            columns: 3,
+            level_m: vec![1.0, 2.0, 3.0, 1.0, 2.0, f64::NAN],
+        };
+        assert_eq!(grid.check(), Ok(()));
+        assert_eq!(grid.level_at(11.0, 21.0), Some(1.5));
+        assert_eq!(grid.level_at(13.0, 21.5), None);
+        assert_eq!(grid.level_at(9.9, 21.0), None);
+    }
+
+    #[test]
+    fn planes_fall_towards_their_bearing() {
+        let plane = SlopingPlane { point: [0.0, 0.0], level_m: 3.0, falls_towards_deg: 90.0, slope_m: 2.0 };
+        let surface = DesignSurface::Planes {
+            plane: vec![plane],
+            boundary: vec![[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]],
+        };
+        assert!((surface.level_at(4.0, 7.0).unwrap() - 1.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,24 @@
+//! The vocabulary: what the stages say to each other. Types and their invariants, no algorithms.
+//!
+//! Everything is in the site's local frame (f32 metres, z up) unless a name says `site`;
+//! [`SiteFrame`] goes between local and projected coordinates.
+
+pub mod catalog;
+pub mod design;
+pub mod instance;
+pub mod model;
+pub mod pile;
+pub mod plan;
+pub mod recognised;
+pub mod survey;
+pub mod symmetry;
+
+pub use catalog::{BlockSpec, CatalogSpec, LengthUnit, Shape};
+pub use design::DesignSurface;
+pub use instance::{CentreHypothesis, InstanceId, LabelledCloud, Segmentation};
+pub use model::{BlockModel, Catalog, ConvexPart, ModelId};
+pub use pile::{Ground, PlacedBlock, Scene};
+pub use plan::{Placement, PlacementState, Plan, PlanSummary};
+pub use recognised::{Judgement, Recognised};
+pub use survey::{AxisOrder, SensorKind, SiteFrame, Survey};
+pub use symmetry::SymmetryGroup;

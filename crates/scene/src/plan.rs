@@ -1,0 +1,87 @@
+//! A stacking plan: which block goes where, in which order.
+
+use crate::ModelId;
+use geom::Pose;
+
+/// What became of a planned block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlacementState {
+    /// Stays in the plan.
+    Kept,
+    /// Settled, then stood too far above the design surface.
+    Overflow,
+    /// Never came to rest within the time limit.
+    Unsettled,
+    /// Left the boundary.
+    Outside,
+    /// Came to rest on too little support, or moved others.
+    Unstable,
+}
+
+impl PlacementState {
+    /// The word in `placements.csv`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::Overflow => "overflow",
+            Self::Unsettled => "unsettled",
+            Self::Outside => "outside",
+            Self::Unstable => "unstable",
+        }
+    }
+}
+
+/// One block to place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// Position in the placing order, from 1.
+    pub order: u32,
+    /// Planning round, from 1.
+    pub round: u32,
+    /// Type.
+    pub model: ModelId,
+    /// Pose at which the crane lets go, local frame.
+    pub drop: Pose,
+    /// Pose at rest, local frame.
+    pub rest: Pose,
+    /// Void below the design surface this block fills, m³.
+    pub filled_m3: f32,
+    /// Blocks (and 1 for the ground) it touches at rest.
+    pub contacts: u32,
+    /// Kept, or why not.
+    pub state: PlacementState,
+}
+
+/// The result of planning.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// Blocks that stay, in placing order.
+    pub placements: Vec<Placement>,
+    /// Blocks tried and removed, with the reason.
+    pub removed: Vec<Placement>,
+    /// The figures.
+    pub summary: PlanSummary,
+}
+
+/// Figures of a plan. Distances are between the planned surface and the design surface, positive below it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct PlanSummary {
+    /// Rounds run.
+    pub rounds: u32,
+    /// Blocks kept.
+    pub blocks: u32,
+    /// Void below the design before planning, m³.
+    pub void_before_m3: f32,
+    /// The same after.
+    pub void_after_m3: f32,
+    /// Mean |distance| to the design after planning, m.
+    pub mean_distance_m: f32,
+    /// Largest |distance|, m.
+    pub max_distance_m: f32,
+    /// Blocks standing above the design by more than the overflow threshold.
+    pub protruding: u32,
+    /// Concrete, m³.
+    pub concrete_m3: f32,
+    /// Mass, kg.
+    pub mass_kg: f64,
+}

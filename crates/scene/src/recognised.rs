@@ -1,0 +1,38 @@
+//! A block the program found.
+
+use crate::{InstanceId, ModelId};
+use geom::Pose;
+
+/// What the pose stage says of a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judgement {
+    /// Pose and type are stated.
+    Accepted,
+    /// Too little evidence for a statement; reported, never counted.
+    NotJudged,
+}
+
+/// One block with pose, type and how sure the program is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recognised {
+    /// Number of the block, from 1 in the result's order.
+    pub block: InstanceId,
+    /// Type.
+    pub model: ModelId,
+    /// Pose: block (mesh file, metres) to local frame; symmetry-canonical.
+    pub site_from_block: Pose,
+    /// Accepted or not judged.
+    pub judgement: Judgement,
+    /// Calibrated probability that pose and type are right, in [0, 1].
+    pub confidence: f32,
+    /// Mean nearest distance scene → model, metres (Eq. 3.10).
+    pub fitness_m: f32,
+    /// Second-best type and its fitness; `None` with one model.
+    pub runner_up: Option<(ModelId, f32)>,
+    /// 1 − visible model points / all model points (Eq. 3.14).
+    pub occlusion: f32,
+    /// Indices of the survey points it explains, ascending.
+    pub points: Vec<u32>,
+    /// Covariance of the pose from the fit: (tx, ty, tz, rx, ry, rz), m and rad, row-major 6×6; about the block's centre, site axes.
+    pub covariance: [f32; 36],
+}

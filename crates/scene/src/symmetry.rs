@@ -1,0 +1,95 @@
+//! Proper rotations that map a block onto itself.
+
+use geom::{Pose, Quat, Vec3};
+
+/// A finite group of rotations about a fixed centre. Always holds the identity, first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SymmetryGroup {
+    centre: Vec3,
+    rotations: Vec<Quat>,
+}
+
+impl SymmetryGroup {
+    /// The group with the identity alone.
+    pub fn trivial(centre: Vec3) -> Self {
+        Self { centre, rotations: vec![Quat::IDENTITY] }
+    }
+
+    /// A group from its elements about `centre`; the identity is added in front when missing.
+    /// The caller answers for closure ([`SymmetryGroup::is_closed`] checks it).
+    pub fn new(centre: Vec3, mut rotations: Vec<Quat>) -> Self {
+        let identity = rotations.iter().position(|q| q.angle_between(Quat::IDENTITY) < 1e-4);
+        match identity {
+            Some(i) => rotations.swap(0, i),
+            None => rotations.insert(0, Quat::IDENTITY),
+        }
+        rotations[0] = Quat::IDENTITY;
+        Self { centre, rotations }
+    }
+
+    /// Number of rotations, at least 1.
+    pub fn order(&self) -> usize {
+        self.rotations.len()
+    }
+
+    /// The rotations about [`SymmetryGroup::centre`].
+    pub fn rotations(&self) -> &[Quat] {
+        &self.rotations
+    }
+
+    /// The fixed point, block coordinates.
+    pub fn centre(&self) -> Vec3 {
+        self.centre
+    }
+
+    /// Element `i` as a transform of block coordinates.
+    pub fn element(&self, i: usize) -> Pose {
+        let rotation = self.rotations[i];
+        Pose::from_parts(self.centre - rotation * self.centre, rotation)
+    }
+
+    /// Whether every product of two elements is an element, to `tolerance_rad`.
+    pub fn is_closed(&self, tolerance_rad: f32) -> bool {
+        self.rotations.iter().all(|a| {
+            self.rotations.iter().all(|b| self.rotations.iter().any(|c| (*a * *b).angle_between(*c) <= tolerance_rad))
+        })
+    }
+
+    /// Smallest rotation between two poses of the block over the group, radians (Eq. 3.13, estimate against R̄G).
+    pub fn rotation_error_rad(&self, estimate: Quat, truth: Quat) -> f32 {
+        self.rotations.iter().map(|&g| quat_angle(estimate, truth * g)).fold(f32::INFINITY, f32::min)
+    }
+
+    /// The same physical pose written one way: of all `pose ∘ g` the one whose quaternion
+    /// (with w ≥ 0) is nearest the identity, ties broken by x, then y, then z.
+    pub fn canonical(&self, pose: &Pose) -> Pose {
+        let key = |q: Quat| {
+            let q = positive(q);
+            // Rounded so that two estimates a hair apart break a tie the same way.
+            let r = |v: f32| (v * 1e4).round() as i64;
+            [r(q.w), r(q.x), r(q.y), r(q.z)]
+        };
+        let mut best: Option<([i64; 4], Pose)> = None;
+        for i in 0..self.order() {
+            let candidate = *pose * self.element(i);
+            let k = key(candidate.rotation);
+            if best.is_none_or(|(b, _)| k > b) {
+                best = Some((k, candidate));
+            }
+        }
+        let mut pose = best.expect("a group has at least the identity").1;
+        pose.rotation = positive(pose.rotation).normalize();
+        pose
+    }
+}
+
+/// The quaternion of the same rotation with w ≥ 0.
+fn positive(q: Quat) -> Quat {
+    if q.w < 0.0 { -q } else { q }
+}
+
+/// Angle between two rotations in f64: near zero, f32 `acos` loses half its digits.
+fn quat_angle(a: Quat, b: Quat) -> f32 {
+    let d = (a.as_dquat().inverse() * b.as_dquat()).normalize();
+    (2.0 * d.xyz().length().atan2(d.w.abs())) as f32
+}

@@ -1,0 +1,1 @@
+//! From a cloud to instances and centre hypotheses.

@@ -1,0 +1,1 @@
+//! The wall around the physics engine: worlds, drop, settle, rest.

@@ -1,0 +1,1 @@
+//! Synthetic piles that look like surveys.
