@@ -5,6 +5,7 @@
 
 pub mod bounds;
 pub mod cloud;
+pub mod height_map;
 pub mod mesh;
 pub mod mesh_query;
 pub mod observer;
@@ -15,6 +16,7 @@ pub use cloud::PointCloud;
 /// A rigid transform; `site_from_block * point` reads right to left.
 pub use glamx::Pose3 as Pose;
 pub use glamx::{DQuat, DVec3, Mat3, Quat, Vec2, Vec3};
+pub use height_map::{CellRect, HeightMap};
 pub use mesh::{MeshError, TriMesh};
 pub use mesh_query::MeshQuery;
 pub use observer::{Event, Observer, Silent, Warning};
