@@ -1,0 +1,27 @@
+//! What can be wrong with the input of a metric.
+
+/// Columns that do not belong together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MetricsError {
+    /// Two label columns of one scene differ in length.
+    #[error("scene {scene}: {predicted} predicted labels but {truth} true ones; both must have one label a point")]
+    LabelCount {
+        /// Scene, from 0.
+        scene: usize,
+        /// Predicted labels.
+        predicted: usize,
+        /// True labels.
+        truth: usize,
+    },
+    /// An instance without a score.
+    #[error("scene {scene}: instance {instance} has no score; give one for each of the {scores} instances, from 1")]
+    NoScore {
+        /// Scene, from 0.
+        scene: usize,
+        /// Label without a score.
+        instance: u32,
+        /// Scores given.
+        scores: usize,
+    },
+}

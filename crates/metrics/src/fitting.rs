@@ -1,0 +1,61 @@
+//! Fitting error and matching rate: what can be said of real scenes without poses (Eqs. 3.15, 3.16).
+//!
+//! Every scene point has a distance h to the nearest face of the recognised blocks. E_f is the mean of those within
+//! h_th, R the share of points within h_th.
+
+use geom::{MeshQuery, Vec3};
+use scene::{Catalog, PlacedBlock};
+use serde::{Deserialize, Serialize};
+
+/// E_f and R at one threshold.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fitting {
+    /// E_f, metres; `None` when no point is within the threshold.
+    pub error_m: Option<f64>,
+    /// R in [0, 1]; `None` without points.
+    pub matching_rate: Option<f64>,
+}
+
+/// E_f and R of point-to-face distances at `threshold_m` (the thesis: 0.1 m, 0.2 m for the largest blocks).
+pub fn fitting(distance_m: &[f32], threshold_m: f32) -> Fitting {
+    let within: Vec<f64> = distance_m.iter().filter(|&&h| h <= threshold_m).map(|&h| f64::from(h)).collect();
+    let n = within.len() as f64;
+    Fitting {
+        error_m: (!within.is_empty()).then(|| within.iter().sum::<f64>() / n),
+        matching_rate: (!distance_m.is_empty()).then(|| n / distance_m.len() as f64),
+    }
+}
+
+/// Distance of each point to the nearest face of any block, metres; infinite beyond `reach_m` of all blocks' boxes
+/// (a reach of h_th or more leaves [`fitting`] exact).
+pub fn model_distances_m(points: &[Vec3], blocks: &[PlacedBlock], catalog: &Catalog, reach_m: f32) -> Vec<f32> {
+    let mut distance = vec![f32::INFINITY; points.len()];
+    for (id, model) in catalog.iter() {
+        let placed: Vec<_> = blocks.iter().filter(|b| b.model == id).collect();
+        let Ok(query) = MeshQuery::new(&model.mesh) else { continue };
+        let bounds = model.mesh.bounds().grown(reach_m);
+        for block in placed {
+            let block_from_site = block.site_from_block.inverse();
+            for (i, &p) in points.iter().enumerate() {
+                let q = block_from_site * p;
+                if bounds.contains(q) {
+                    distance[i] = distance[i].min((query.nearest(q).0 - q).length());
+                }
+            }
+        }
+    }
+    distance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn by_hand() {
+        let got = fitting(&[0.0, 0.05, 0.1, 0.3], 0.1);
+        assert!((got.error_m.unwrap() - 0.05).abs() < 1e-8);
+        assert_eq!(got.matching_rate, Some(0.75));
+        assert_eq!(fitting(&[], 0.1), Fitting { error_m: None, matching_rate: None });
+    }
+}

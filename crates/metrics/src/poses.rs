@@ -1,0 +1,137 @@
+//! Recognised blocks against true blocks (METHOD §5).
+//!
+//! A true positive is an estimate whose centre is displaced by at most 0.1·d_box and whose rotation errs by at most
+//! 5° modulo symmetry. Each estimate and each truth is used once, the smallest displacement first. Truths with
+//! occlusion of 80 % or more are not missed when absent, and an estimate that meets one counts neither way.
+//! Blocks reported as *not judged* are no statement and are left out.
+
+use crate::{DetectionCounts, PoseError, pose_error};
+use scene::{Catalog, Judgement, PlacedBlock, Recognised};
+use serde::{Deserialize, Serialize};
+
+/// The limits of a true positive; `Default` is the thesis'.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PoseCriteria {
+    /// Largest displacement over d_box.
+    pub max_displacement_ratio: f32,
+    /// Largest rotation error, degrees.
+    pub max_rotation_deg: f32,
+    /// Truths at or above this occlusion are not asked for.
+    pub occlusion_limit: f32,
+}
+
+impl Default for PoseCriteria {
+    fn default() -> Self {
+        Self { max_displacement_ratio: 0.1, max_rotation_deg: 5.0, occlusion_limit: 0.8 }
+    }
+}
+
+/// A true block and how much of it nobody could see (Eq. 3.14).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueBlock {
+    /// Type and pose.
+    pub placed: PlacedBlock,
+    /// Occlusion in [0, 1].
+    pub occlusion: f32,
+}
+
+/// The verdict on one scene, or on several through [`PoseScore::plus`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseScore {
+    /// True and false positives, misses.
+    pub counts: DetectionCounts,
+    /// Estimates that met a truth too occluded to be asked for.
+    pub ignored: usize,
+    /// Error of each true positive, in the order of the estimates.
+    pub errors: Vec<PoseError>,
+    /// True positives whose type is right.
+    pub types_right: usize,
+    /// Confidence of each judged, not ignored estimate and whether it was a true positive of the right type.
+    pub confidence: Vec<(f32, bool)>,
+}
+
+impl PoseScore {
+    /// E_d: mean displacement of the true positives, metres.
+    pub fn mean_displacement_m(&self) -> Option<f64> {
+        mean(self.errors.iter().map(|e| f64::from(e.displacement_m)))
+    }
+
+    /// E_R: mean rotation error of the true positives, radians.
+    pub fn mean_rotation_rad(&self) -> Option<f64> {
+        mean(self.errors.iter().map(|e| f64::from(e.rotation_rad)))
+    }
+
+    /// Share of true positives with the right type.
+    pub fn type_accuracy(&self) -> Option<f64> {
+        let all = self.counts.true_positives;
+        (all > 0).then(|| self.types_right as f64 / all as f64)
+    }
+
+    /// Both scenes pooled.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            counts: self.counts.plus(&other.counts),
+            ignored: self.ignored + other.ignored,
+            errors: [self.errors.as_slice(), &other.errors].concat(),
+            types_right: self.types_right + other.types_right,
+            confidence: [self.confidence.as_slice(), &other.confidence].concat(),
+        }
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, n) = values.fold((0.0, 0_usize), |(s, n), v| (s + v, n + 1));
+    (n > 0).then(|| sum / n as f64)
+}
+
+/// Judges the estimates of one scene.
+pub fn score_poses(
+    estimates: &[Recognised],
+    truths: &[TrueBlock],
+    catalog: &Catalog,
+    criteria: &PoseCriteria,
+) -> PoseScore {
+    let judged: Vec<&Recognised> = estimates.iter().filter(|r| r.judgement == Judgement::Accepted).collect();
+    let mut pairs = Vec::new();
+    for (e, estimate) in judged.iter().enumerate() {
+        for (t, truth) in truths.iter().enumerate() {
+            let true_model = catalog.get(truth.placed.model);
+            let model = catalog.get(estimate.model);
+            let error = pose_error(model, &estimate.site_from_block, true_model, &truth.placed.site_from_block);
+            let near = error.displacement_m <= criteria.max_displacement_ratio * true_model.d_box_m;
+            if near && error.rotation_rad <= criteria.max_rotation_deg.to_radians() {
+                pairs.push((error, e, t));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.displacement_m.total_cmp(&b.0.displacement_m).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut of_estimate: Vec<Option<(usize, PoseError)>> = vec![None; judged.len()];
+    let mut taken = vec![false; truths.len()];
+    for (error, e, t) in pairs {
+        if of_estimate[e].is_none() && !taken[t] {
+            of_estimate[e] = Some((t, error));
+            taken[t] = true;
+        }
+    }
+    let wanted = |t: usize| truths[t].occlusion < criteria.occlusion_limit;
+    let mut score = PoseScore::default();
+    for (e, estimate) in judged.iter().enumerate() {
+        match of_estimate[e] {
+            Some((t, error)) if wanted(t) => {
+                let right = estimate.model == truths[t].placed.model;
+                score.counts.true_positives += 1;
+                score.types_right += usize::from(right);
+                score.errors.push(error);
+                score.confidence.push((estimate.confidence, right));
+            }
+            Some(_) => score.ignored += 1,
+            None => {
+                score.counts.false_positives += 1;
+                score.confidence.push((estimate.confidence, false));
+            }
+        }
+    }
+    score.counts.false_negatives = (0..truths.len()).filter(|&t| wanted(t) && !taken[t]).count();
+    score
+}
