@@ -5,14 +5,17 @@
 
 pub mod bounds;
 pub mod cloud;
+pub mod convex;
 pub mod height_map;
 pub mod mesh;
 pub mod mesh_query;
 pub mod observer;
 pub mod seeds;
+pub mod union;
 
 pub use bounds::Bounds;
 pub use cloud::PointCloud;
+pub use convex::ConvexSolid;
 /// A rigid transform; `site_from_block * point` reads right to left.
 pub use glamx::Pose3 as Pose;
 pub use glamx::{DQuat, DVec3, Mat3, Quat, Vec2, Vec3};
@@ -21,3 +24,4 @@ pub use mesh::{MeshError, TriMesh};
 pub use mesh_query::MeshQuery;
 pub use observer::{Event, Observer, Silent, Warning};
 pub use seeds::SeedTree;
+pub use union::union;

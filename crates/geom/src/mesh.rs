@@ -215,6 +215,27 @@ impl TriMesh {
             .collect()
     }
 
+    /// The mesh with only the vertices its triangles use, in their order.
+    pub fn without_loose_vertices(&self) -> Self {
+        let mut used = vec![false; self.vertices.len()];
+        self.triangles.iter().flatten().for_each(|&i| used[i as usize] = true);
+        let mut next = 0;
+        let remap: Vec<u32> = used
+            .iter()
+            .map(|&u| {
+                next += u32::from(u);
+                next.wrapping_sub(1)
+            })
+            .collect();
+        let vertices = self.vertices.iter().zip(&used).filter(|(_, u)| **u).map(|(v, _)| *v).collect();
+        Self { vertices, triangles: self.triangles.iter().map(|t| t.map(|i| remap[i as usize])).collect() }
+    }
+
+    /// Every triangle turned to face the other way.
+    pub fn flipped(&self) -> Self {
+        Self { vertices: self.vertices.clone(), triangles: self.triangles.iter().map(|t| [t[0], t[2], t[1]]).collect() }
+    }
+
     /// The other mesh's triangles appended.
     pub fn append(&mut self, other: &Self) {
         let offset = self.vertices.len() as u32;

@@ -42,11 +42,7 @@ impl MeshQuery {
     /// First hit of the ray within `max_m`; `direction` must be a unit vector.
     pub fn cast_ray(&self, origin: Vec3, direction: Vec3, max_m: f32) -> Option<Hit> {
         let hit = self.mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), max_m, false)?;
-        let count = self.mesh.num_triangles() as u32;
-        let triangle = match hit.feature {
-            parry3d::shape::FeatureId::Face(f) => f % count,
-            _ => 0,
-        };
+        let triangle = hit.subshape;
         let normal = self.mesh.triangle(triangle).normal().unwrap_or(Vec3::ZERO);
         Some(Hit { distance_m: hit.time_of_impact, normal, triangle })
     }
