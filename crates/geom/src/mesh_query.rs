@@ -20,6 +20,17 @@ pub struct Hit {
     pub triangle: u32,
 }
 
+/// The surface point nearest to a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// The point of the surface.
+    pub point: Vec3,
+    /// Distance to it, metres, negative when the place lies inside the solid.
+    pub distance_m: f32,
+    /// Its triangle.
+    pub triangle: u32,
+}
+
 impl MeshQuery {
     /// Builds the hierarchy. Errors: [`MeshError::Empty`], [`MeshError::BadIndex`].
     pub fn new(mesh: &TriMesh) -> Result<Self, MeshError> {
@@ -51,6 +62,14 @@ impl MeshQuery {
     pub fn nearest(&self, point: Vec3) -> (Vec3, u32) {
         let (projection, (triangle, _)) = self.mesh.project_local_point_and_get_location(point, false);
         (projection.point, triangle)
+    }
+
+    /// Nearest point of the surface with the signed distance to it; the sign needs a watertight mesh.
+    pub fn nearest_signed(&self, point: Vec3) -> Nearest {
+        let (projection, (triangle, _)) = self.mesh.project_local_point_and_get_location(point, false);
+        let distance = (projection.point - point).length();
+        let distance_m = if projection.is_inside { -distance } else { distance };
+        Nearest { point: projection.point, distance_m, triangle }
     }
 
     /// Distance to the surface, negative inside; needs a watertight mesh.
