@@ -1,7 +1,9 @@
 //! Assembles a [`BlockModel`] from a shape or a mesh.
 
-use crate::{BlockError, frustum::square_frustum, rotation_group, tetrapod};
-use geom::{Quat, TriMesh};
+use crate::convex_parts::{ConvexConfig, convex_parts};
+use crate::symmetry::{SymmetryConfig, find_symmetry};
+use crate::{BlockError, antifer, dolos, frustum::square_frustum, rotation_group, tetrapod};
+use geom::{MeshError, TriMesh, Warning};
 use scene::{BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, Shape, SymmetryGroup};
 use std::path::Path;
 
@@ -22,12 +24,65 @@ pub fn catalog(
     Ok(Catalog::new(models))
 }
 
-fn model(spec: &BlockSpec, _load_mesh: &dyn Fn(&Path) -> Result<TriMesh, String>) -> Result<BlockModel, BlockError> {
+fn model(spec: &BlockSpec, load_mesh: &dyn Fn(&Path) -> Result<TriMesh, String>) -> Result<BlockModel, BlockError> {
     match (&spec.shape, &spec.mesh) {
         (Some(shape), None) => shape_model(&spec.name, *shape, spec.density_kg_m3),
-        (None, Some(_)) => Err(BlockError::Unsupported { name: spec.name.clone(), what: "meshes are not read yet" }),
+        (None, Some(path)) => {
+            let unit = spec.unit.ok_or_else(|| BlockError::NoUnit { name: spec.name.clone() })?;
+            let read = load_mesh(path).map_err(|message| BlockError::Read { name: spec.name.clone(), message })?;
+            mesh_model(&spec.name, &read.map(|v| v * unit.metres()), spec.density_kg_m3)
+        }
         _ => Err(BlockError::ShapeOrMesh { name: spec.name.clone() }),
     }
+}
+
+/// A mesh in metres as a block: welded, checked, turned to face outwards; its parts and symmetry are found.
+pub fn mesh_model(name: &str, mesh: &TriMesh, density_kg_m3: f32) -> Result<BlockModel, BlockError> {
+    let wrong = |source| BlockError::Mesh { name: name.into(), source };
+    let mesh = closed(mesh).map_err(wrong)?;
+    let (parts, ratio) = convex_parts(&mesh, &ConvexConfig::default());
+    let symmetry = find_symmetry(&mesh, &SymmetryConfig::default()).map_err(wrong)?;
+    assemble(name, mesh, parts, ratio, symmetry, density_kg_m3)
+}
+
+/// The mesh as a solid that faces outwards. STL repeats each corner, sometimes rounded: corners are joined within
+/// a millionth of the size first, then more, up to a ten-thousandth, and the least that closes the mesh is used.
+fn closed(mesh: &TriMesh) -> Result<TriMesh, MeshError> {
+    let size = mesh.bounds().size().max_element();
+    if !size.is_finite() || mesh.vertices.iter().any(|v| !v.is_finite()) {
+        // Names the vertex, or the empty mesh.
+        mesh.check_solid()?;
+    }
+    let mut first_error = None;
+    for share in [1e-6, 1e-5, 1e-4] {
+        let solid = mesh.welded(size * share);
+        match solid.check_solid() {
+            Ok(()) if solid.moments().volume_m3 < 0.0 => return Ok(solid.flipped()),
+            Ok(()) => return Ok(solid),
+            Err(error) => first_error = first_error.or(Some(error)),
+        }
+    }
+    Err(first_error.expect("the loop ran"))
+}
+
+/// What the user should know of a catalogue before it is used.
+pub fn warnings(catalog: &Catalog) -> Vec<Warning> {
+    let off = |m: &&BlockModel| (m.parts_volume_ratio - 1.0).abs() > 0.1;
+    catalog
+        .iter()
+        .map(|(_, m)| m)
+        .filter(off)
+        .map(|m| Warning {
+            stage: "catalog",
+            message: format!(
+                "block `{}`: the {} convex parts physics uses take {:.0} % of the mesh's volume; piles of it will stand \
+                 too high or too low, and nothing can reach into its hollows",
+                m.name,
+                m.parts.len(),
+                m.parts_volume_ratio * 100.0
+            ),
+        })
+        .collect()
 }
 
 /// A built-in shape as a block.
@@ -43,27 +98,30 @@ pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<Block
             let (mesh, parts) = tetrapod::tetrapod(size);
             (mesh, parts, rotation_group::tetrahedral(&tetrapod::leg_axes()))
         }
+        Shape::Dolos { size } => {
+            let (mesh, parts) = dolos::dolos(size);
+            (mesh, parts, dolos::rotations())
+        }
         Shape::Cube { size } => {
             let (mesh, parts) = square_frustum(size, size, size);
             (mesh, parts, rotation_group::octahedral())
         }
         Shape::Antifer { size } => {
-            let (mesh, parts) = square_frustum(size, 1.086 * size, 1.005 * size);
+            let (mesh, parts) = antifer::antifer(size);
             (mesh, parts, rotation_group::cyclic_z(4))
         }
-        Shape::Dolos { .. } => {
-            return Err(BlockError::Unsupported { name: name.into(), what: "the dolos is not built in yet" });
-        }
     };
-    assemble(name, mesh, parts, 1.0, rotations, density_kg_m3)
+    let symmetry = SymmetryGroup::new(mesh.moments().centroid, rotations);
+    assemble(name, mesh, parts, 1.0, symmetry, density_kg_m3)
 }
 
-fn assemble(
+/// A block of one type from its checked ingredients.
+pub(crate) fn assemble(
     name: &str,
     mesh: TriMesh,
     parts: Vec<ConvexPart>,
     parts_volume_ratio: f32,
-    rotations: Vec<Quat>,
+    symmetry: SymmetryGroup,
     density_kg_m3: f32,
 ) -> Result<BlockModel, BlockError> {
     if !(density_kg_m3 > 0.0 && density_kg_m3.is_finite()) {
@@ -76,7 +134,7 @@ fn assemble(
     Ok(BlockModel {
         name: name.into(),
         d_box_m: mesh.bounds().size().max_element(),
-        symmetry: SymmetryGroup::new(centre, rotations),
+        symmetry,
         volume_m3: moments.volume_m3,
         mesh,
         parts,

@@ -1,0 +1,170 @@
+//! The catalogue as a caller sees it.
+
+use blocks::convex_parts::{ConvexConfig, convex_parts};
+use blocks::symmetry::{SymmetryConfig, find_symmetry};
+use blocks::{BlockError, catalog, mesh_model, random_union, shape_model, warnings};
+use geom::convex::union_volume_m3;
+use geom::{ConvexSolid, MeshError, Quat, SeedTree, TriMesh, Vec3};
+use scene::{BlockModel, BlockSpec, Catalog, CatalogSpec, LengthUnit, Shape};
+use std::path::Path;
+
+const SHAPES: [(Shape, f32, usize); 4] = [
+    (Shape::Tetrapod { size: 2.0 }, 0.280, 12),
+    (Shape::Dolos { size: 2.0 }, 0.16, 4),
+    (Shape::Cube { size: 2.0 }, 1.0, 24),
+    (Shape::Antifer { size: 2.0 }, 1.0247, 4),
+];
+
+fn shape(shape: Shape) -> BlockModel {
+    shape_model("unit", shape, 2300.0).unwrap()
+}
+
+fn solids(model: &BlockModel) -> Vec<ConvexSolid> {
+    model.parts.iter().map(|p| ConvexSolid::from_corners(&p.corners).unwrap()).collect()
+}
+
+fn spec(shape: Option<Shape>, mesh: Option<&str>, unit: Option<LengthUnit>) -> BlockSpec {
+    BlockSpec { name: "unit".into(), shape, mesh: mesh.map(Into::into), unit, density_kg_m3: 2300.0 }
+}
+
+#[test]
+fn volumes_are_the_published_ones_to_one_percent() {
+    for (s, volume, _) in SHAPES {
+        let ratio = shape(s).volume_m3 / 8.0 / volume;
+        assert!((ratio - 1.0).abs() < 0.01, "{s:?}: {ratio}");
+    }
+}
+
+#[test]
+fn the_parts_of_a_shape_are_the_shape() {
+    for (s, ..) in SHAPES {
+        let model = shape(s);
+        let parts = solids(&model);
+        let ratio = union_volume_m3(&parts, 200) as f32 / model.volume_m3;
+        assert!((ratio - 1.0).abs() < 0.002, "{s:?}: {ratio}");
+        let joined = geom::union(&parts);
+        assert_eq!(joined.check_solid(), Ok(()), "{s:?}");
+        assert!((joined.moments().volume_m3 / model.volume_m3 - 1.0).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn symmetry_found_on_the_mesh_is_the_one_built_in() {
+    let turn = Quat::from_rotation_x(0.3) * Quat::from_rotation_z(1.0);
+    for (s, _, order) in SHAPES {
+        let model = shape(s);
+        assert_eq!(model.symmetry.order(), order);
+        let moved = model.mesh.map(|v| turn * v + Vec3::new(4.0, -5.0, 6.0));
+        let found = find_symmetry(&moved, &SymmetryConfig::default()).unwrap();
+        assert_eq!(found.order(), order, "{s:?}");
+        assert!(found.is_closed(1e-2) && found.axis().is_none());
+        assert!((found.centre() - turn * model.centre - Vec3::new(4.0, -5.0, 6.0)).length() < 1e-3);
+        // The same rotations, seen in the moved coordinates.
+        for &q in found.rotations() {
+            let back = turn.inverse() * q * turn;
+            let nearest = model.symmetry.rotations().iter().map(|g| back.angle_between(*g)).fold(9.0, f32::min);
+            assert!(nearest < 0.01, "{s:?}: {nearest}");
+        }
+    }
+}
+
+/// A prism with many sides; `top` < 1 makes it a frustum without equal ends.
+fn round(sides: u32, half_m: f32, top: f32) -> TriMesh {
+    let ring = |z: f32, r: f32| {
+        (0..sides).map(move |i| {
+            let (sin, cos) = (i as f32 / sides as f32 * std::f32::consts::TAU).sin_cos();
+            Vec3::new(r * cos, r * sin, z)
+        })
+    };
+    let corners: Vec<Vec3> = ring(-half_m, 1.0).chain(ring(half_m, top)).collect();
+    geom::union(&[ConvexSolid::from_corners(&corners).unwrap()])
+}
+
+#[test]
+fn bodies_of_revolution_are_flagged() {
+    let cylinder = find_symmetry(&round(64, 1.5, 1.0), &SymmetryConfig::default()).unwrap();
+    assert_eq!(cylinder.order(), 72);
+    assert!(cylinder.axis().unwrap().z.abs() > 0.9999);
+    let cone = find_symmetry(&round(64, 1.5, 0.5), &SymmetryConfig::default()).unwrap();
+    assert_eq!(cone.order(), 36);
+    let prism = find_symmetry(&round(6, 1.5, 0.5), &SymmetryConfig::default()).unwrap();
+    assert_eq!((prism.order(), prism.axis()), (6, None));
+}
+
+#[test]
+fn a_block_with_no_symmetry_has_the_identity() {
+    let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.3, 1.1, 0.0], [0.1, 0.4, 0.9]].map(Vec3::from_array);
+    let wedge = geom::union(&[ConvexSolid::from_corners(&corners).unwrap()]);
+    assert_eq!(find_symmetry(&wedge, &SymmetryConfig::default()).unwrap().order(), 1);
+}
+
+#[test]
+fn a_mesh_in_millimetres_becomes_a_block_in_metres() {
+    let mesh = shape(Shape::Antifer { size: 1.0 }).mesh.map(|v| v * 1000.0);
+    // As STL has it: every corner repeated, and inside out.
+    let mut soup = TriMesh::default();
+    for t in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(t);
+        soup.append(&TriMesh { vertices: vec![a, c, b], triangles: vec![[0, 1, 2]] });
+    }
+    let list = CatalogSpec { block: vec![spec(None, Some("unit.stl"), Some(LengthUnit::Mm))] };
+    let found = catalog(&list, &|path| {
+        assert_eq!(path, Path::new("unit.stl"));
+        Ok(soup.clone())
+    })
+    .unwrap();
+    let model = found.get(found.find("unit").unwrap());
+    assert!((model.volume_m3 / 1.0247 - 1.0).abs() < 0.01);
+    assert!((model.d_box_m - 1.086).abs() < 1e-4);
+    assert!((model.mass_kg() / 2357.0 - 1.0).abs() < 0.01);
+    assert_eq!(model.symmetry.order(), 4);
+    assert!((model.parts_volume_ratio - 1.0).abs() < 0.03, "{}", model.parts_volume_ratio);
+    assert!(warnings(&found).is_empty());
+}
+
+#[test]
+fn parts_of_a_tetrapod_mesh_keep_its_volume() {
+    let model = shape(Shape::Tetrapod { size: 2.0 });
+    let (parts, ratio) = convex_parts(&model.mesh, &ConvexConfig::default());
+    assert!((ratio - 1.0).abs() < 0.025, "{ratio}");
+    assert!(parts.len() <= 32);
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let none = |_: &Path| Err("unit.stl: no such file".to_string());
+    let fails = |block: Vec<BlockSpec>| catalog(&CatalogSpec { block }, &none).unwrap_err().to_string();
+    let cube = Some(Shape::Cube { size: 1.0 });
+    assert!(fails(vec![]).contains("no [[block]]"));
+    assert!(fails(vec![spec(None, None, None)]).contains("either `shape` or `mesh`"));
+    assert!(fails(vec![spec(None, Some("unit.stl"), None)]).contains("add `unit"));
+    assert!(fails(vec![spec(None, Some("unit.stl"), Some(LengthUnit::M))]).contains("no such file"));
+    assert!(fails(vec![spec(cube, None, None), spec(cube, None, None)]).contains("twice"));
+    assert!(fails(vec![spec(Some(Shape::Dolos { size: f32::NAN }), None, None)]).contains("not a positive length"));
+
+    let mut open = shape(Shape::Cube { size: 1.0 }).mesh;
+    open.triangles.pop();
+    let error = mesh_model("unit", &open, 2300.0).unwrap_err();
+    assert!(matches!(error, BlockError::Mesh { source: MeshError::Open { .. }, .. }));
+    assert!(error.to_string().contains("not watertight"));
+    let mut nan = shape(Shape::Cube { size: 1.0 }).mesh;
+    nan.vertices[3].y = f32::NAN;
+    assert!(mesh_model("unit", &nan, 2300.0).unwrap_err().to_string().contains("vertex 3"));
+    assert!(mesh_model("unit", &TriMesh::default(), 2300.0).unwrap_err().to_string().contains("no triangles"));
+}
+
+#[test]
+fn random_unions_are_solid_compact_and_repeatable() {
+    for i in 0..10 {
+        let seed = SeedTree::new(5).child("block", i);
+        let model = random_union(seed);
+        assert_eq!(model.mesh.check_solid(), Ok(()));
+        assert!((0.49..1.61).contains(&model.d_max_m), "{}", model.d_max_m);
+        assert!(model.symmetry.is_closed(0.02));
+        let ratio = union_volume_m3(&solids(&model), 120) as f32 / model.volume_m3;
+        assert!((ratio - 1.0).abs() < 0.01, "{i}: {ratio}");
+        assert_eq!(model.mesh, random_union(seed).mesh);
+    }
+    let catalog = Catalog::new(vec![random_union(SeedTree::new(1))]);
+    assert!(warnings(&catalog).is_empty());
+}
