@@ -1,1 +1,21 @@
 //! Files in and out, one format a file; whole or not at all.
+//!
+//! Readers check every count of a header against the size of the file before they allocate, name the file and
+//! the line or record in every error, and repair nothing. Writers put a file aside and rename it when it is whole.
+
+pub mod atomic;
+pub mod input;
+pub mod las;
+pub mod mesh;
+pub mod obj;
+pub mod ply;
+pub mod points;
+pub mod stl;
+pub mod thinning;
+
+mod error;
+mod raw_cloud;
+
+pub use error::{IoError, Place};
+pub use input::Input;
+pub use raw_cloud::RawCloud;

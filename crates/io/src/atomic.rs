@@ -1,0 +1,75 @@
+//! Files appear whole or not at all: written aside in the same folder, flushed to disk, then renamed.
+
+use crate::IoError;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::Path;
+
+/// A stream that a writer may also seek in.
+pub trait WriteSeek: Write + Seek {}
+impl<T: Write + Seek> WriteSeek for T {}
+
+/// Writes the file through `fill`; on any error the old file, or none, is still there and nothing else is left.
+/// The folder is made when it is missing.
+pub fn write(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> Result<(), IoError> {
+    let attempt = || {
+        let folder = match path.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p,
+            _ => Path::new("."),
+        };
+        fs::create_dir_all(folder)?;
+        let aside = tempfile::Builder::new().prefix(".tsumu-").suffix(".part").tempfile_in(folder)?;
+        let mut buffer = BufWriter::with_capacity(1 << 16, aside.as_file());
+        fill(&mut buffer)?;
+        buffer.flush()?;
+        drop(buffer);
+        aside.as_file().sync_all()?;
+        readable_by_others(aside.as_file())?;
+        aside.persist(path).map_err(|e| e.error)?;
+        Ok(())
+    };
+    attempt().map_err(|e| IoError::write(path, e))
+}
+
+/// Writes these bytes.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
+    write(path, |out| out.write_all(bytes))
+}
+
+/// Temporary files are made private; a result should be as readable as any other file of the user.
+#[cfg(unix)]
+fn readable_by_others(file: &File) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn readable_by_others(_file: &File) -> io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write_bytes(&path, b"old").unwrap();
+        let full = || io::Error::from(io::ErrorKind::StorageFull);
+        let error = write(&path, |out| out.write_all(b"half of the new").and(Err(full()))).unwrap_err();
+        assert!(error.to_string().contains("a.txt") && error.to_string().contains("free some space"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_file_in_the_way_of_a_folder_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        write_bytes(&path, b"x").unwrap();
+        let error = write_bytes(&path.join("below"), b"y").unwrap_err();
+        assert!(error.to_string().contains("below"), "{error}");
+    }
+}

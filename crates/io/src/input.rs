@@ -1,0 +1,127 @@
+//! An opened file (or bytes in memory) with its name and size: what every reader reads from.
+
+use crate::{IoError, Place};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
+
+trait ReadSeek: Read + Seek + Send {}
+impl<T: Read + Seek + Send> ReadSeek for T {}
+
+/// Bytes with a name for messages and a known length, against which every promise of a header is checked.
+pub struct Input<'a> {
+    /// The file's path, or a name for messages.
+    pub path: &'a Path,
+    /// Size, bytes.
+    pub len: u64,
+    reader: BufReader<Box<dyn ReadSeek + 'a>>,
+}
+
+impl<'a> Input<'a> {
+    /// Opens a file.
+    pub fn open(path: &'a Path) -> Result<Self, IoError> {
+        let open = || {
+            let file = File::open(path)?;
+            let meta = file.metadata()?;
+            if meta.is_dir() {
+                return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, a file is needed"));
+            }
+            Ok((file, meta.len()))
+        };
+        let (file, len) = open().map_err(|e| IoError::read(path, e))?;
+        Ok(Self { path, len, reader: BufReader::with_capacity(1 << 16, Box::new(file)) })
+    }
+
+    /// Reads from memory; `name` appears in messages.
+    pub fn of_bytes(name: &'a Path, bytes: &'a [u8]) -> Self {
+        let reader: Box<dyn ReadSeek + 'a> = Box::new(Cursor::new(bytes));
+        Self { path: name, len: bytes.len() as u64, reader: BufReader::new(reader) }
+    }
+
+    /// Broken content at a place of this file.
+    pub(crate) fn malformed(&self, at: Place, what: impl Into<String>) -> IoError {
+        IoError::malformed(self.path, at, what)
+    }
+
+    /// Fills the buffer, or says which part of the file is missing.
+    pub(crate) fn fill(&mut self, buffer: &mut [u8], part: &str) -> Result<(), IoError> {
+        self.reader.read_exact(buffer).map_err(|e| match e.kind() {
+            io::ErrorKind::UnexpectedEof => {
+                let what = format!("the file ends inside {part}; it is cut short");
+                IoError::malformed(self.path, Place::File, what)
+            }
+            _ => IoError::read(self.path, e),
+        })
+    }
+
+    /// The next `count` bytes; never allocates more than the file has left.
+    pub(crate) fn take(&mut self, count: u64, part: &str) -> Result<Vec<u8>, IoError> {
+        let left = self.len.saturating_sub(self.position()?);
+        if count > left {
+            let what =
+                format!("{part} needs {count} bytes, but only {left} are left; the file is cut short or damaged");
+            return Err(self.malformed(Place::File, what));
+        }
+        let mut bytes = vec![0; count as usize];
+        self.fill(&mut bytes, part)?;
+        Ok(bytes)
+    }
+
+    /// Goes to a byte of the file, or says that it lies outside.
+    pub(crate) fn go_to(&mut self, byte: u64, part: &str) -> Result<(), IoError> {
+        if byte > self.len {
+            let what = format!("{part} should be at byte {byte}, but the file ends at {}", self.len);
+            return Err(self.malformed(Place::File, what));
+        }
+        self.reader.seek(SeekFrom::Start(byte)).map_err(|e| IoError::read(self.path, e))?;
+        Ok(())
+    }
+
+    /// The byte that comes next.
+    pub(crate) fn position(&mut self) -> Result<u64, IoError> {
+        self.reader.stream_position().map_err(|e| IoError::read(self.path, e))
+    }
+
+    /// One line without its end, at most `limit` bytes; `None` at the end of the file.
+    pub(crate) fn line(&mut self, buffer: &mut Vec<u8>, line: u64, limit: u64) -> Result<bool, IoError> {
+        buffer.clear();
+        let read =
+            self.reader.by_ref().take(limit).read_until(b'\n', buffer).map_err(|e| IoError::read(self.path, e))?;
+        if buffer.last() != Some(&b'\n') && read as u64 == limit {
+            let what = format!("the line is longer than {limit} bytes; this is not a text file of the expected kind");
+            return Err(self.malformed(Place::Line(line), what));
+        }
+        while matches!(buffer.last(), Some(b'\n' | b'\r')) {
+            buffer.pop();
+        }
+        Ok(read > 0)
+    }
+
+    /// Everything from here to the end as text; refuses more than `limit` bytes.
+    pub(crate) fn text(&mut self, limit: u64) -> Result<String, IoError> {
+        if self.len > limit {
+            let what = format!("{} bytes are too many for such a file (limit {limit})", self.len);
+            return Err(self.malformed(Place::File, what));
+        }
+        let mut text = String::new();
+        match self.reader.read_to_string(&mut text) {
+            Ok(_) => Ok(text),
+            Err(e) if e.kind() == io::ErrorKind::InvalidData => {
+                Err(self.malformed(Place::File, "the file is not UTF-8 text"))
+            }
+            Err(e) => Err(IoError::read(self.path, e)),
+        }
+    }
+}
+
+impl Read for Input<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.reader.read(buffer)
+    }
+}
+
+impl Seek for Input<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.reader.seek(to)
+    }
+}

@@ -1,0 +1,16 @@
+//! LAS 1.0–1.4 and LAZ: f64 points with the extra dimensions `instance`, `model`, `confidence` and the CRS.
+//!
+//! The `laz` crate does the arithmetic coding; headers, counts and chunks are read here, because every number
+//! in them has to be checked against the size of the file before anything is allocated or decompressed.
+
+mod chunks;
+mod crs;
+mod extra;
+mod header;
+mod read;
+mod write;
+
+pub use crs::{epsg_of_wkt, wkt_of_epsg};
+pub use header::LasSummary;
+pub use read::{stream, summary};
+pub use write::write_cloud;

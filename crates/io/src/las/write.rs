@@ -1,0 +1,201 @@
+//! Writes LAS 1.4, point format 6, plain or compressed, with CRS and extra dimensions.
+//!
+//! Chunks are compressed in parallel and written in order: the bytes do not depend on the number of threads.
+
+use super::{crs, extra, header};
+use crate::raw_cloud::RawCloud;
+use crate::{IoError, Place, atomic};
+use geom::DVec3;
+use laz::laszip::{ChunkTable, ChunkTableEntry};
+use laz::record::{LayeredPointRecordCompressor, RecordCompressor};
+use laz::{LazItemRecordBuilder, LazVlr};
+use rayon::prelude::*;
+use std::io::{self, Cursor};
+use std::path::Path;
+
+const FORMAT: u8 = 6;
+const BASE: usize = 30;
+const CHUNK: usize = 50_000;
+const HEADER: usize = 375;
+
+/// Writes the cloud; `.laz` is compressed, anything else plain.
+pub fn write_cloud(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
+    cloud.check_columns(path)?;
+    let grid = Grid::of(cloud).map_err(|what| IoError::malformed(path, Place::File, what))?;
+    let compressed = crate::mesh::extension(path) == "laz";
+    let dimensions: Vec<(&str, u8, &str)> = [
+        (cloud.instance.is_some(), ("instance", 5, "block number, 0 = none")),
+        (cloud.model.is_some(), ("model", 3, "type of block, 0 = none")),
+        (cloud.confidence.is_some(), ("confidence", 9, "of the label, 0 to 1")),
+    ]
+    .into_iter()
+    .filter_map(|(present, d)| present.then_some(d))
+    .collect();
+    let extra_bytes: usize = dimensions.iter().map(|d| if d.1 == 3 { 2 } else { 4 }).sum();
+    let items = LazItemRecordBuilder::default_for_point_format_id(FORMAT, extra_bytes as u16)
+        .expect("format 6 is known to the compressor");
+    let vlr = LazVlr::from_laz_items(items);
+
+    let mut records = Vec::new();
+    let epsg: Option<u32> = cloud.crs.as_ref().and_then(|c| c.strip_prefix("EPSG:")).and_then(|c| c.parse().ok());
+    let wkt = cloud.crs_wkt.clone().or_else(|| epsg.and_then(crs::wkt_of_epsg));
+    match (&wkt, epsg.and_then(|c| u16::try_from(c).ok())) {
+        (Some(wkt), _) => {
+            let text = [wkt.as_bytes(), b"\0"].concat();
+            vlr_record(&mut records, "LASF_Projection", 2112, &text);
+        }
+        (None, Some(code)) => vlr_record(&mut records, "LASF_Projection", 34735, &crs::geotiff_keys_of_epsg(code)),
+        (None, None) => {}
+    }
+    if !dimensions.is_empty() {
+        vlr_record(&mut records, "LASF_Spec", 4, &extra::descriptors(&dimensions));
+    }
+    if compressed {
+        let mut data = Vec::new();
+        vlr.write_to(&mut data).expect("memory takes every byte");
+        vlr_record(&mut records, LazVlr::USER_ID, LazVlr::RECORD_ID, &data);
+    }
+    let vlr_count = records.len() as u32;
+    let records = records.concat();
+    let data_at = HEADER + records.len();
+
+    let mut head = grid.header(cloud, BASE + extra_bytes, compressed, wkt.is_some());
+    head[96..100].copy_from_slice(&(data_at as u32).to_le_bytes());
+    head[100..104].copy_from_slice(&vlr_count.to_le_bytes());
+    atomic::write(path, |out| {
+        out.write_all(&head)?;
+        out.write_all(&records)?;
+        if compressed {
+            write_chunks(out, cloud, &grid, &vlr, data_at as u64)
+        } else {
+            (0..cloud.len()).step_by(CHUNK).try_for_each(|i| out.write_all(&grid.records(cloud, i, BASE + extra_bytes)))
+        }
+    })
+}
+
+fn write_chunks(
+    out: &mut dyn atomic::WriteSeek,
+    cloud: &RawCloud,
+    grid: &Grid,
+    vlr: &LazVlr,
+    data_at: u64,
+) -> io::Result<()> {
+    let starts: Vec<usize> = (0..cloud.len()).step_by(CHUNK).collect();
+    let together = rayon::current_num_threads().max(1) * 2;
+    let mut table = ChunkTable::default();
+    let mut at = data_at + 8;
+    out.write_all(&(-1_i64).to_le_bytes())?;
+    for group in starts.chunks(together) {
+        let compressed: Vec<io::Result<Vec<u8>>> = group
+            .par_iter()
+            .map(|&start| compress(&grid.records(cloud, start, vlr.items_size() as usize), vlr))
+            .collect();
+        for bytes in compressed {
+            let bytes = bytes?;
+            out.write_all(&bytes)?;
+            at += bytes.len() as u64;
+            table.push(ChunkTableEntry { point_count: CHUNK as u64, byte_count: bytes.len() as u64 });
+        }
+    }
+    table.write_to(&mut *out, vlr)?;
+    out.seek(io::SeekFrom::Start(data_at))?;
+    out.write_all(&(at as i64).to_le_bytes())
+}
+
+fn compress(records: &[u8], vlr: &LazVlr) -> io::Result<Vec<u8>> {
+    let mut compressor = LayeredPointRecordCompressor::new(Cursor::new(Vec::new()));
+    compressor.set_fields_from(vlr.items()).map_err(io::Error::other)?;
+    records.chunks_exact(vlr.items_size() as usize).try_for_each(|r| compressor.compress_next(r))?;
+    compressor.done()?;
+    Ok(compressor.into_inner().into_inner())
+}
+
+/// The integer grid that the coordinates are stored on.
+struct Grid {
+    scale: f64,
+    offset: DVec3,
+    min: DVec3,
+    max: DVec3,
+}
+
+impl Grid {
+    /// 0.1 mm steps (0.001 mm for clouds under 10 m) from whole metres; coarser only where 32 bits force it.
+    fn of(cloud: &RawCloud) -> Result<Self, String> {
+        let [min, max] = cloud.extent().unwrap_or_default();
+        let size = (max - min).max_element();
+        let mut scale = if size < 10.0 { 1e-6 } else { 1e-4 };
+        while size / scale > 2e9 {
+            scale *= 10.0;
+        }
+        if !(scale <= 1.0) {
+            return Err(format!("a cloud of {size} m cannot be stored in LAS; remove stray points before"));
+        }
+        let offset = ((min + max) / 2.0).round();
+        let grid = Self { scale, offset, min, max };
+        let back = |p: DVec3| grid.place(p).map(|v| f64::from(v) * scale);
+        let (min, max) = (DVec3::from_array(back(min)) + offset, DVec3::from_array(back(max)) + offset);
+        Ok(Self { scale, offset, min, max })
+    }
+
+    fn place(&self, p: DVec3) -> [i32; 3] {
+        ((p - self.offset) / self.scale).round().to_array().map(|v| v as i32)
+    }
+
+    /// Raw records of the chunk that begins at `start`.
+    fn records(&self, cloud: &RawCloud, start: usize, size: usize) -> Vec<u8> {
+        let end = cloud.len().min(start + CHUNK);
+        let mut out = Vec::with_capacity((end - start) * size);
+        for i in start..end {
+            for v in self.place(cloud.position[i]) {
+                out.extend_from_slice(&v.to_le_bytes());
+            }
+            let mut rest = [0; BASE - 12];
+            rest[2] = 0x11; // first return of one
+            out.extend_from_slice(&rest);
+            if let Some(column) = &cloud.instance {
+                out.extend_from_slice(&column[i].to_le_bytes());
+            }
+            if let Some(column) = &cloud.model {
+                out.extend_from_slice(&column[i].to_le_bytes());
+            }
+            if let Some(column) = &cloud.confidence {
+                out.extend_from_slice(&column[i].to_le_bytes());
+            }
+        }
+        out
+    }
+
+    /// The public header; offsets and record counts are filled in by the caller.
+    fn header(&self, cloud: &RawCloud, record_bytes: usize, compressed: bool, wkt: bool) -> [u8; HEADER] {
+        let mut h = [0; HEADER];
+        let mut put = |at: usize, bytes: &[u8]| h[at..at + bytes.len()].copy_from_slice(bytes);
+        put(0, b"LASF");
+        put(6, &(if wkt { 0x10_u16 } else { 0 }).to_le_bytes());
+        put(24, &[1, 4]);
+        put(26, b"tsumu");
+        put(58, concat!("tsumu ", env!("CARGO_PKG_VERSION")).as_bytes());
+        put(94, &(HEADER as u16).to_le_bytes());
+        put(104, &[FORMAT | if compressed { 0x80 } else { 0 }]);
+        put(105, &(record_bytes as u16).to_le_bytes());
+        for axis in 0..3 {
+            put(131 + 8 * axis, &self.scale.to_le_bytes());
+            put(155 + 8 * axis, &self.offset[axis].to_le_bytes());
+            put(179 + 16 * axis, &self.max[axis].to_le_bytes());
+            put(187 + 16 * axis, &self.min[axis].to_le_bytes());
+        }
+        let count = cloud.len() as u64;
+        put(247, &count.to_le_bytes());
+        put(255, &count.to_le_bytes());
+        h
+    }
+}
+
+fn vlr_record(records: &mut Vec<Vec<u8>>, user: &str, id: u16, data: &[u8]) {
+    let mut record = vec![0; 54];
+    record[2..2 + user.len()].copy_from_slice(user.as_bytes());
+    record[18..20].copy_from_slice(&id.to_le_bytes());
+    record[20..22].copy_from_slice(&(data.len() as u16).to_le_bytes());
+    record.extend_from_slice(data);
+    debug_assert_eq!(header::u16_at(&record, 18), id);
+    records.push(record);
+}

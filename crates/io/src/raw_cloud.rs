@@ -1,0 +1,140 @@
+//! A cloud as its file states it: f64 coordinates in the file's own axes and unit, nothing interpreted.
+
+use crate::{IoError, Place};
+use geom::{DVec3, Observer, Vec3, Warning};
+use std::path::Path;
+
+/// Points with the columns that the file has. A column is as long as `position` or absent.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RawCloud {
+    /// First, second and third coordinate as in the file.
+    pub position: Vec<DVec3>,
+    /// Instance of each point, 0 = none.
+    pub instance: Option<Vec<u32>>,
+    /// Block type of each point: its number in the catalogue, from 1; 0 = none.
+    pub model: Option<Vec<u16>>,
+    /// Confidence of each label, in [0, 1].
+    pub confidence: Option<Vec<f32>>,
+    /// Unit normals.
+    pub normal: Option<Vec<Vec3>>,
+    /// Where the sensor stood, in the file's coordinates, when the format says it (E57, PCD).
+    pub sensor_positions: Vec<DVec3>,
+    /// Coordinate reference system named by the file, as `EPSG:n`.
+    pub crs: Option<String>,
+    /// The same as the file's well-known text, kept for writing.
+    pub crs_wkt: Option<String>,
+    /// The coordinates are stored as 32-bit floats.
+    pub float32: bool,
+    /// Points that the format itself marks as invalid and that were left out (PCD's NaN, E57's flag).
+    pub invalid: u64,
+}
+
+impl RawCloud {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// True without points.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Appends the points of a batch of the same file (the same columns).
+    pub fn append(&mut self, mut batch: Self) {
+        fn join<T>(to: &mut Option<Vec<T>>, from: Option<Vec<T>>, first: bool) {
+            match (to.as_mut(), from) {
+                (Some(to), Some(mut from)) => to.append(&mut from),
+                (None, from) if first => *to = from,
+                _ => *to = None,
+            }
+        }
+        let first = self.position.is_empty();
+        self.position.append(&mut batch.position);
+        join(&mut self.instance, batch.instance, first);
+        join(&mut self.model, batch.model, first);
+        join(&mut self.confidence, batch.confidence, first);
+        join(&mut self.normal, batch.normal, first);
+    }
+
+    /// The points at `index` with all their columns; panics when one is out of range.
+    pub fn select(&self, index: &[usize]) -> Self {
+        fn pick<T: Copy>(column: &Option<Vec<T>>, index: &[usize]) -> Option<Vec<T>> {
+            column.as_ref().map(|c| index.iter().map(|&i| c[i]).collect())
+        }
+        Self {
+            position: index.iter().map(|&i| self.position[i]).collect(),
+            instance: pick(&self.instance, index),
+            model: pick(&self.model, index),
+            confidence: pick(&self.confidence, index),
+            normal: pick(&self.normal, index),
+            ..self.meta()
+        }
+    }
+
+    /// The same cloud without its points.
+    pub(crate) fn meta(&self) -> Self {
+        Self {
+            sensor_positions: self.sensor_positions.clone(),
+            crs: self.crs.clone(),
+            crs_wkt: self.crs_wkt.clone(),
+            float32: self.float32,
+            invalid: self.invalid,
+            ..Self::default()
+        }
+    }
+
+    /// Lower and upper corner; `None` without points.
+    pub fn extent(&self) -> Option<[DVec3; 2]> {
+        let first = *self.position.first()?;
+        Some(self.position.iter().fold([first, first], |[low, high], &p| [low.min(p), high.max(p)]))
+    }
+
+    /// What 32-bit storage costs at these coordinates: half the spacing of floats at the largest, metres; 0 for doubles.
+    pub fn rounding_m(&self) -> f64 {
+        if !self.float32 {
+            return 0.0;
+        }
+        let largest = self.position.iter().fold(0.0_f64, |m, p| m.max(p.abs().max_element())) as f32;
+        f64::from(largest.next_up() - largest) / 2.0
+    }
+
+    /// Warns when 32-bit storage has cost half a millimetre or more.
+    pub(crate) fn warn_of_rounding(&self, path: &Path, observer: &dyn Observer) {
+        let loss_mm = self.rounding_m() * 1000.0;
+        if loss_mm >= 0.5 {
+            observer.event(geom::Event::Warned(Warning {
+                stage: "read",
+                message: format!(
+                    "{}: coordinates this large, stored as 32-bit floats, are off by up to {loss_mm:.1} mm; export the cloud with double coordinates, or as LAS/LAZ",
+                    path.display()
+                ),
+            }));
+        }
+    }
+
+    /// All columns must be as long as the positions: a caller's promise, checked before writing.
+    pub(crate) fn check_columns(&self, path: &Path) -> Result<(), IoError> {
+        let n = self.len();
+        let lengths = [
+            self.instance.as_ref().map(Vec::len),
+            self.model.as_ref().map(Vec::len),
+            self.confidence.as_ref().map(Vec::len),
+            self.normal.as_ref().map(Vec::len),
+        ];
+        if lengths.iter().flatten().any(|&l| l != n) {
+            return Err(IoError::malformed(path, Place::File, "a column of the cloud is not as long as its positions"));
+        }
+        if let Some(i) = self.position.iter().position(|p| !p.is_finite()) {
+            let p = self.position[i];
+            return Err(IoError::NotFinite {
+                path: path.into(),
+                at: Place::Record(i as u64 + 1),
+                x: p.x,
+                y: p.y,
+                z: p.z,
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,3 @@
+//! One integration binary: round trips, damaged files, contracts.
+
+mod clouds;
