@@ -1,1 +1,48 @@
-//! From a pile and a design surface to a stacking plan.
+//! From a pile and a design surface to a stacking plan (METHOD §6).
+//!
+//! In: recognised blocks on a ground, the design surface, a block to add. Out: which block goes where, in which
+//! attitude and order, what was tried and removed, and the figures of the finished works. [`plan()`] is the whole method:
+//! detect windows that lack volume, choose an initial pose, drop, settle, check, until no window is left.
+
+mod acceptance;
+mod attitudes;
+mod batches;
+mod config;
+mod crane;
+mod error;
+mod order;
+mod random_pose;
+mod rounds;
+mod search;
+mod silhouette;
+mod site;
+mod stack;
+mod summary;
+mod trial;
+pub mod windows;
+
+pub use config::{Inside, PlanConfig, Policy, SearchConfig, Settings};
+pub use crane::CraneConfig;
+pub use error::PlanError;
+pub use site::PlanInput;
+
+use geom::{Event, Observer, SeedTree};
+use scene::{PlacementState, Plan};
+
+/// Makes the plan. Same input, configuration and seed give the same plan, bit for bit, at any thread count.
+pub fn plan(
+    input: &PlanInput,
+    config: &PlanConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Plan, PlanError> {
+    let site = site::prepare(input, config, observer)?;
+    let mut stack = site.stack(input);
+    let before = summary::before(&stack);
+    let tried = rounds::fill(&site, &mut stack, seed, observer)?;
+    let (kept, removed): (Vec<_>, Vec<_>) = tried.into_iter().partition(|p| p.state == PlacementState::Kept);
+    let placements = order::ordered(kept, &stack, &site);
+    let summary = summary::summary(&site, &stack, &before, &placements, &removed);
+    observer.event(Event::Finished { stage: "plan" });
+    Ok(Plan { placements, removed, summary })
+}

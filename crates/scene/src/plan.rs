@@ -84,4 +84,16 @@ pub struct PlanSummary {
     pub concrete_m3: f32,
     /// Mass, kg.
     pub mass_kg: f64,
+    /// Area of the works in plan, m².
+    pub area_m2: f32,
+    /// 1 − concrete / volume between the surface before and after: pores of the new layer, in [0, 1].
+    pub porosity: f32,
+    /// Blocks tried and removed because they stood too high.
+    pub overflowed: u32,
+    /// Blocks tried that never came to rest.
+    pub unsettled: u32,
+    /// Blocks tried that rolled away, had too little support or moved under a shake.
+    pub unstable: u32,
+    /// Blocks tried that ended outside the boundary or the crane's reach.
+    pub outside: u32,
 }

@@ -1,0 +1,258 @@
+//! Settings of the planner.
+//!
+//! METHOD §6 gives lengths and volumes for blocks of about 2 m. A length left out is that value scaled with the block
+//! (× d_box / 2 m; volumes with the cube), so that a 2 m block gets the method's figures and a 4 m block or a 5 cm
+//! part gets sensible ones. [`PlanConfig`] is what a user writes, [`Settings`] what the planner uses.
+
+use crate::{CraneConfig, PlanError};
+use scene::BlockModel;
+use serde::{Deserialize, Serialize};
+use sim::PhysicsConfig;
+
+/// How the pose is chosen in which a block is let go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Policy {
+    /// Anywhere about the window's centre in any attitude (the thesis' baseline).
+    Random,
+    /// Predicted by a network from the window's depth image (the thesis).
+    Network,
+    /// The best of many poses laid onto the height map, verified by physics (ours).
+    #[default]
+    Search,
+}
+
+/// What must lie inside the boundary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Inside {
+    /// The whole block.
+    #[default]
+    Whole,
+    /// Its centre of mass.
+    Centre,
+}
+
+/// Everything that can be set. A length or volume left out follows from the block's size.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlanConfig {
+    /// Where initial poses come from.
+    pub policy: Policy,
+    /// Name of the block to place; left out: the type most frequent in the pile, else the first of the catalogue.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub block: Option<String>,
+    /// Edge of a height-map cell Δl; 0.1 m for a 2 m block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell_m: Option<f32>,
+    /// Edge of the sliding window, d_x = d_y; one block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window_m: Option<f32>,
+    /// Stride s of the window; a quarter of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stride_m: Option<f32>,
+    /// Minimum volume v a window must lack; 1 m³ for a 2 m block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minimum_volume_m3: Option<f32>,
+    /// Windows sharing at least this IoU with a better one are dropped (Algorithm 2).
+    pub nms_iou: f32,
+    /// Overflow threshold f: how far a centroid may stand above the design; 0.3 m for a 2 m block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overflow_m: Option<f32>,
+    /// Random drops start within ± this of the window's centre; 0.5 m for a 2 m block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jitter_m: Option<f32>,
+    /// Most rounds.
+    pub rounds: u32,
+    /// What must lie inside the boundary.
+    pub inside: Inside,
+    /// Solid walls along a convex boundary (a bin; the thesis' boundary planes). Never counted as support.
+    pub walls: bool,
+    /// How far a block of policies `network` and `search` may move sideways while it settles; 0.2 m for a 2 m block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement_limit_m: Option<f32>,
+    /// Blocks it must touch at rest, unless it stands on the ground.
+    pub minimum_supports: u32,
+    /// Share of its footprint that may lie under blocks placed before it: more is wedged in from below.
+    pub wedge_limit: f32,
+    /// Speed a shake gives to a block at rest (scaled with √size); 0: no shake test.
+    pub shake_m_s: f32,
+    /// How far the shake may move it; 0.1 m for a 2 m block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shake_limit_m: Option<f32>,
+    /// Simulated time a drop may take before it counts as unsettled (scaled with √size).
+    pub drop_time_s: f32,
+    /// Settings of policy `search`.
+    pub search: SearchConfig,
+    /// The crane, if its reach matters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crane: Option<CraneConfig>,
+    /// Physics settings.
+    pub physics: PhysicsConfig,
+}
+
+/// Settings of policy `search`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SearchConfig {
+    /// Attitudes tried, spread evenly over all rotations modulo the block's symmetry.
+    pub attitudes: u32,
+    /// Spacing of the positions tried, in cells.
+    pub step_cells: u32,
+    /// Candidates verified by physics in each window.
+    pub verify: u32,
+    /// Weight of the void trapped under a block against its height.
+    pub trapped_weight: f32,
+    /// Weight of what stands above the design against the block's height.
+    pub protrusion_weight: f32,
+}
+
+impl Default for SearchConfig {
+    fn default() -> Self {
+        Self { attitudes: 256, step_cells: 2, verify: 6, trapped_weight: 1.0, protrusion_weight: 1.0 }
+    }
+}
+
+impl Default for PlanConfig {
+    fn default() -> Self {
+        Self {
+            policy: Policy::Search,
+            block: None,
+            cell_m: None,
+            window_m: None,
+            stride_m: None,
+            minimum_volume_m3: None,
+            nms_iou: 0.3,
+            overflow_m: None,
+            jitter_m: None,
+            rounds: 20,
+            inside: Inside::Whole,
+            walls: false,
+            displacement_limit_m: None,
+            minimum_supports: 2,
+            wedge_limit: 0.2,
+            shake_m_s: 0.1,
+            shake_limit_m: None,
+            drop_time_s: 10.0,
+            search: SearchConfig::default(),
+            crane: None,
+            physics: PhysicsConfig { step_s: 1.0 / 60.0, ..PhysicsConfig::default() },
+        }
+    }
+}
+
+/// The settings with every length resolved for one block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Where initial poses come from.
+    pub policy: Policy,
+    /// Edge of a height-map cell.
+    pub cell_m: f32,
+    /// Edge of the sliding window.
+    pub window_m: f32,
+    /// Stride of the window.
+    pub stride_m: f32,
+    /// Minimum volume v.
+    pub minimum_volume_m3: f32,
+    /// IoU threshold of the windows' suppression.
+    pub nms_iou: f32,
+    /// Overflow threshold f.
+    pub overflow_m: f32,
+    /// Half range of random positions.
+    pub jitter_m: f32,
+    /// Most rounds.
+    pub rounds: u32,
+    /// What must lie inside the boundary.
+    pub inside: Inside,
+    /// Whether the boundary is solid.
+    pub walls: bool,
+    /// Sideways movement allowed while settling.
+    pub displacement_limit_m: f32,
+    /// Blocks to touch at least.
+    pub minimum_supports: u32,
+    /// Share of the footprint allowed under other blocks.
+    pub wedge_limit: f32,
+    /// Speed of the shake.
+    pub shake_m_s: f32,
+    /// Movement allowed under the shake.
+    pub shake_limit_m: f32,
+    /// Time limit of a drop.
+    pub drop_time_s: f32,
+    /// How far a local world reaches from the place of the drop.
+    pub local_radius_m: f32,
+    /// Search settings.
+    pub search: SearchConfig,
+    /// Physics for this block size.
+    pub physics: PhysicsConfig,
+}
+
+impl PlanConfig {
+    /// Checks every range and resolves what was left out for `model`; `reach_m` is the largest d_max in the scene.
+    pub fn resolve(&self, model: &BlockModel, reach_m: f32) -> Result<Settings, PlanError> {
+        let scale = model.d_box_m / 2.0;
+        let length = |value: Option<f32>, default_m: f32| value.unwrap_or(default_m * scale);
+        let window_m = length(self.window_m, 2.0);
+        let settings = Settings {
+            policy: self.policy,
+            cell_m: length(self.cell_m, 0.1),
+            window_m,
+            stride_m: self.stride_m.unwrap_or(window_m / 4.0),
+            minimum_volume_m3: self.minimum_volume_m3.unwrap_or(scale.powi(3)),
+            nms_iou: self.nms_iou,
+            overflow_m: length(self.overflow_m, 0.3),
+            jitter_m: length(self.jitter_m, 0.5),
+            rounds: self.rounds,
+            inside: self.inside,
+            walls: self.walls,
+            displacement_limit_m: length(self.displacement_limit_m, 0.2),
+            minimum_supports: self.minimum_supports,
+            wedge_limit: self.wedge_limit,
+            shake_m_s: self.shake_m_s * scale.sqrt(),
+            shake_limit_m: length(self.shake_limit_m, 0.1),
+            drop_time_s: self.drop_time_s * scale.sqrt(),
+            // Two bodies meet within two reaches; the rest is room to roll (random) or to settle (predicted poses).
+            local_radius_m: if self.policy == Policy::Random { 5.0 } else { 3.0 } * reach_m.max(model.d_max_m),
+            search: self.search.clone(),
+            physics: self.physics.for_block_size(model.d_box_m),
+        };
+        settings.check()?;
+        Ok(settings)
+    }
+}
+
+impl Settings {
+    fn check(&self) -> Result<(), PlanError> {
+        let positive = |key, value: f32| {
+            let ok = value > 0.0 && value.is_finite();
+            if ok { Ok(()) } else { Err(PlanError::BadSetting { key, value, why: "it must be above 0" }) }
+        };
+        let not_negative = |key, value: f32| {
+            let ok = value >= 0.0 && value.is_finite();
+            if ok { Ok(()) } else { Err(PlanError::BadSetting { key, value, why: "it must not be negative" }) }
+        };
+        positive("cell_m", self.cell_m)?;
+        positive("window_m", self.window_m)?;
+        if self.window_m < self.cell_m {
+            return Err(PlanError::WindowBelowCell { window_m: self.window_m, cell_m: self.cell_m });
+        }
+        positive("stride_m", self.stride_m)?;
+        not_negative("minimum_volume_m3", self.minimum_volume_m3)?;
+        positive("nms_iou", self.nms_iou)?;
+        if !self.overflow_m.is_finite() {
+            let (key, value) = ("overflow_m", self.overflow_m);
+            return Err(PlanError::BadSetting { key, value, why: "it must be a number" });
+        }
+        not_negative("jitter_m", self.jitter_m)?;
+        positive("displacement_limit_m", self.displacement_limit_m)?;
+        not_negative("wedge_limit", self.wedge_limit)?;
+        not_negative("shake_m_s", self.shake_m_s)?;
+        positive("shake_limit_m", self.shake_limit_m)?;
+        positive("drop_time_s", self.drop_time_s)?;
+        positive("search.attitudes", self.search.attitudes as f32)?;
+        positive("search.step_cells", self.search.step_cells as f32)?;
+        positive("search.verify", self.search.verify as f32)?;
+        not_negative("search.trapped_weight", self.search.trapped_weight)?;
+        not_negative("search.protrusion_weight", self.search.protrusion_weight)?;
+        Ok(self.physics.check()?)
+    }
+}

@@ -1,0 +1,79 @@
+//! What can make planning impossible.
+
+/// Names the setting or the input and says what to do.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// A setting out of range.
+    #[error("plan.{key} = {value} is not allowed: {why}")]
+    BadSetting {
+        /// Key in the file.
+        key: &'static str,
+        /// The value.
+        value: f32,
+        /// What is allowed.
+        why: &'static str,
+    },
+    /// A physics setting out of range or a block the engine cannot take.
+    #[error(transparent)]
+    Physics(#[from] sim::SimError),
+    /// The design makes no sense.
+    #[error(transparent)]
+    Design(#[from] scene::design::DesignError),
+    /// The window holds less than one cell.
+    #[error("plan.window_m = {window_m} m is smaller than a cell of {cell_m} m: enlarge window_m or reduce cell_m")]
+    WindowBelowCell {
+        /// Edge of the window.
+        window_m: f32,
+        /// Edge of a cell.
+        cell_m: f32,
+    },
+    /// The raster would not fit into memory.
+    #[error(
+        "the design covers {cells} cells of {cell_m} m, more than {limit}: enlarge plan.cell_m or check the design's coordinates"
+    )]
+    TooManyCells {
+        /// Cells needed.
+        cells: u64,
+        /// Edge of a cell.
+        cell_m: f32,
+        /// Cells allowed.
+        limit: u64,
+    },
+    /// No block types at all.
+    #[error("the catalogue has no block to place")]
+    EmptyCatalog,
+    /// The block asked for is not in the catalogue.
+    #[error("plan.block = \"{name}\" is not in the catalogue; it has: {known}")]
+    UnknownBlock {
+        /// The name asked for.
+        name: String,
+        /// Names there are.
+        known: String,
+    },
+    /// The design has no cell anywhere.
+    #[error("the design surface covers nothing: no cell of {cell_m} m has a design height; check its boundary")]
+    NoWorks {
+        /// Edge of a cell.
+        cell_m: f32,
+    },
+    /// The design lies away from everything surveyed.
+    #[error(
+        "the design lies {away_m:.0} m away from the nearest recognised block: check the boundary's coordinates (east, north, in {crs})"
+    )]
+    DesignElsewhere {
+        /// Distance from the design's rectangle to the nearest block.
+        away_m: f64,
+        /// Coordinate reference system of the site.
+        crs: String,
+    },
+    /// Walls were asked for around a boundary they cannot follow.
+    #[error("plan.walls needs a convex boundary (a level or planes design with a convex polygon); set walls = false")]
+    WallsNeedConvexBoundary,
+    /// No network is there to predict poses.
+    #[error("policy `network` needs a placement model and none is shipped yet; use `search` (the default) or `random`")]
+    NoPlacementModel,
+    /// The user asked to stop.
+    #[error("planning was stopped")]
+    Cancelled,
+}

@@ -1,0 +1,114 @@
+//! The loop: detect windows, place a block in each, until no window is left (METHOD §6).
+//!
+//! Windows are served largest deficit first. Those too far apart to see each other run at the same time; the result is
+//! that of serving them one by one. What has settled is fixed for the rounds to come.
+
+use crate::{
+    PlanError, Policy, acceptance, batches, random_pose, search,
+    site::Site,
+    stack::Stack,
+    trial::Drop,
+    windows::{self, Window},
+};
+use geom::{Event, Observer, Pose, SeedTree, Vec2};
+use rayon::prelude::*;
+use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
+
+/// A window in which nothing could be placed while its surroundings were as they were at `tick`.
+struct Failure {
+    place: Vec2,
+    tick: u32,
+}
+
+/// Runs the rounds; every block tried comes back, kept ones are in the stack.
+pub(crate) fn fill(
+    site: &Site,
+    stack: &mut Stack,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<Placement>, PlanError> {
+    let settings = &site.settings;
+    let block = stack.catalog.get(site.model);
+    let expected = windows::void_m3(&stack.surface, &stack.design) * 0.5 / block.volume_m3;
+    observer.event(Event::Started { stage: "plan", total: expected.ceil() as u64 });
+    let mut tried: Vec<Placement> = Vec::new();
+    let mut failures: Vec<Failure> = Vec::new();
+    let (mut tick, mut kept) = (0, 0_u64);
+    // Nobody reads or writes farther than this from a window's centre.
+    let apart_m = 2.0 * (settings.local_radius_m + settings.jitter_m.max(settings.window_m));
+    for round in 1..=settings.rounds {
+        failures.retain(|f| stack.last_change(f.place.x, f.place.y, settings.window_m + block.d_max_m) <= f.tick);
+        let open = |w: &Window| {
+            site.reach.as_ref().is_none_or(|r| r.covers(w.centre))
+                && failures.iter().all(|f| (f.place - w.centre).length() >= 0.45 * settings.window_m)
+        };
+        let windows = windows::detect(&stack.surface, &stack.design, settings, open);
+        if windows.is_empty() {
+            break;
+        }
+        let places: Vec<Vec2> = windows.iter().map(|w| w.centre).collect();
+        let seed = seed.child("round", u64::from(round));
+        for batch in batches::independent(&places, apart_m) {
+            if observer.cancelled() {
+                return Err(PlanError::Cancelled);
+            }
+            tick += 1;
+            let results: Vec<Vec<Placement>> = batch
+                .par_iter()
+                .map(|&w| serve(site, stack, &windows[w], round, seed.child("window", w as u64)))
+                .collect();
+            for (&w, placements) in batch.iter().zip(results) {
+                let placed = placements.iter().find(|p| p.state == PlacementState::Kept);
+                if let Some(p) = placed {
+                    let id = InstanceId(stack.blocks.len() as u32 + 1);
+                    stack.add(PlacedBlock { block: id, model: p.model, site_from_block: p.rest }, tick);
+                    kept += 1;
+                } else if settings.policy != Policy::Random {
+                    failures.push(Failure { place: places[w], tick });
+                }
+                tried.extend(placements);
+            }
+            observer.event(Event::Advanced { stage: "plan", done: kept });
+        }
+    }
+    Ok(tried)
+}
+
+/// Tries to place one block in a window; of what was tried at most one is kept.
+fn serve(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree) -> Vec<Placement> {
+    match &site.attitudes {
+        None => {
+            let pose = random_pose::pose(stack, &site.settings, site.model, window, &mut seed.rng());
+            pose.map(|drop| attempt(site, stack, &drop, f32::INFINITY, round).0).into_iter().collect()
+        }
+        Some(attitudes) => {
+            let found = search::candidates(stack, &site.settings, site.model, attitudes, window);
+            search::best(site, stack, &found, round)
+        }
+    }
+}
+
+/// Drops a block and judges it.
+pub(crate) fn attempt(
+    site: &Site,
+    stack: &Stack,
+    drop: &Pose,
+    limit_m: f32,
+    round: u32,
+) -> (Placement, acceptance::Impact) {
+    let mut falling = Drop::new(stack, &site.settings, site.model, drop);
+    let trial = falling.settle(limit_m);
+    let (state, impact) =
+        acceptance::judge(stack, &site.settings, site.reach.as_ref(), site.model, limit_m, &trial, &mut falling);
+    let placement = Placement {
+        order: 0,
+        round,
+        model: site.model,
+        drop: *drop,
+        rest: trial.rest,
+        filled_m3: impact.filled_m3,
+        contacts: trial.contacts,
+        state,
+    };
+    (placement, impact)
+}

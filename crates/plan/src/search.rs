@@ -1,0 +1,245 @@
+//! Policy `search`: many poses laid onto the height map, the best few verified by physics (ours).
+//!
+//! For each attitude × position the height at which the lowered block first touches is exact on the raster. Scored by
+//! how deep the centroid gets, how much void stays trapped under it, what protrudes above the design, and whether
+//! the cells near contact surround the centre of mass. The best few that differ are dropped in local worlds; the one that
+//! really rests deepest and closest wins.
+
+use crate::{
+    Settings, acceptance, attitudes, rounds,
+    silhouette::{self, Silhouette},
+    site::Site,
+    stack::Stack,
+    windows::Window,
+};
+use geom::{Pose, Vec2, Vec3};
+use scene::{BlockModel, ModelId, Placement, PlacementState};
+
+/// Attitudes prepared once for the block and the raster.
+pub(crate) struct Attitudes {
+    silhouettes: Vec<Silhouette>,
+}
+
+impl Attitudes {
+    pub fn new(model: &BlockModel, settings: &Settings) -> Self {
+        let set = attitudes::spread(settings.search.attitudes as usize, &model.symmetry);
+        Self { silhouettes: set.into_iter().map(|q| Silhouette::new(model, q, settings.cell_m)).collect() }
+    }
+}
+
+/// A pose with its geometric score; lower is better.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    pub pose: Pose,
+    pub score_m: f32,
+    centre: Vec3,
+    attitude: usize,
+}
+
+/// The surface and the design around a window, with a border no block may enter.
+struct Patch {
+    side: usize,
+    x0: isize,
+    y0: isize,
+    surface: Vec<f32>,
+    design: Vec<f32>,
+}
+
+/// The best poses of a window, best first, all different; none when nothing fits under the design.
+pub(crate) fn candidates(
+    stack: &Stack,
+    settings: &Settings,
+    model: ModelId,
+    attitudes: &Attitudes,
+    window: &Window,
+) -> Vec<Candidate> {
+    let block = stack.catalog.get(model);
+    let Some(half) = attitudes.silhouettes.first().map(|s| s.half) else { return Vec::new() };
+    let reach = (0.5 * settings.window_m / settings.cell_m).ceil() as usize;
+    let Some(patch) = Patch::around(stack, settings, window.centre, half + reach) else { return Vec::new() };
+    let step = settings.search.step_cells as usize;
+    let mut rough: Vec<(f32, usize, usize, usize, f32)> = Vec::new();
+    for (a, silhouette) in attitudes.silhouettes.iter().enumerate() {
+        for py in (0..=2 * reach).step_by(step) {
+            for px in (0..=2 * reach).step_by(step) {
+                let z = patch.contact_m(silhouette, px, py);
+                let above = z - patch.design[(py + half) * patch.side + px + half];
+                // It settles a little deeper than where it first touches.
+                if above <= settings.overflow_m + 0.05 * block.d_box_m {
+                    rough.push((above, a, px, py, z));
+                }
+            }
+        }
+    }
+    let shortlist = 64 * settings.search.verify as usize;
+    if rough.len() > shortlist {
+        rough.select_nth_unstable_by(shortlist, |x, y| x.0.total_cmp(&y.0).then((x.1, x.2, x.3).cmp(&(y.1, y.2, y.3))));
+        rough.truncate(shortlist);
+    }
+    let mut scored: Vec<Candidate> = rough
+        .into_iter()
+        .map(|(above, a, px, py, z)| {
+            let silhouette = &attitudes.silhouettes[a];
+            let centre = patch.place(stack, px + half, py + half, z);
+            let score_m = above + patch.penalty_m(silhouette, px, py, z, block, settings);
+            Candidate { pose: silhouette::pose_at(block, silhouette.rotation, centre), score_m, centre, attitude: a }
+        })
+        .collect();
+    scored.sort_by(|x, y| {
+        x.score_m
+            .total_cmp(&y.score_m)
+            .then(x.attitude.cmp(&y.attitude))
+            .then(x.centre.x.total_cmp(&y.centre.x))
+            .then(x.centre.y.total_cmp(&y.centre.y))
+    });
+    distinct(scored, block, attitudes, settings)
+}
+
+/// The first few that differ from all before them by a position or an attitude.
+fn distinct(scored: Vec<Candidate>, block: &BlockModel, attitudes: &Attitudes, settings: &Settings) -> Vec<Candidate> {
+    let mut kept: Vec<Candidate> = Vec::new();
+    for candidate in scored {
+        let differs = kept.iter().all(|k| {
+            (k.centre - candidate.centre).length() > 0.1 * block.d_box_m
+                || block.symmetry.rotation_error_rad(
+                    attitudes.silhouettes[k.attitude].rotation,
+                    attitudes.silhouettes[candidate.attitude].rotation,
+                ) > 0.5
+        });
+        if differs {
+            kept.push(candidate);
+            if kept.len() == settings.search.verify as usize {
+                break;
+            }
+        }
+    }
+    kept
+}
+
+/// Drops the candidates and keeps the best that passes; the others count as tried only when none does.
+pub(crate) fn best(site: &Site, stack: &Stack, found: &[Candidate], round: u32) -> Vec<Placement> {
+    let block = stack.catalog.get(site.model);
+    let weights = &site.settings.search;
+    let clearance_m = 0.005 * block.d_box_m;
+    let mut best: Option<(f32, Placement)> = None;
+    let mut failed = Vec::new();
+    for candidate in found {
+        let drop = Pose::from_parts(candidate.pose.translation + Vec3::Z * clearance_m, candidate.pose.rotation);
+        let (placement, impact) = rounds::attempt(site, stack, &drop, site.settings.displacement_limit_m, round);
+        if placement.state != PlacementState::Kept {
+            failed.push(placement);
+            continue;
+        }
+        let above_m = acceptance::above_design_m(stack, placement.rest * block.centre);
+        let area = block.volume_m3.powf(2.0 / 3.0);
+        let cost = above_m
+            + (weights.trapped_weight * impact.raised_m3 + weights.protrusion_weight * impact.protruding_m3) / area;
+        if best.as_ref().is_none_or(|(b, _)| cost < *b) {
+            best = Some((cost, placement));
+        }
+    }
+    match best {
+        Some((_, placement)) => vec![placement],
+        None => failed,
+    }
+}
+
+impl Patch {
+    fn around(stack: &Stack, settings: &Settings, centre: Vec2, half: usize) -> Option<Self> {
+        let (cx, cy) = stack.surface.cell_of(centre.x, centre.y)?;
+        let (x0, y0) = (cx as isize - half as isize, cy as isize - half as isize);
+        let side = 2 * half + 1;
+        let mut surface = vec![f32::INFINITY; side * side];
+        let mut design = vec![f32::NAN; side * side];
+        for j in 0..side {
+            for i in 0..side {
+                let (x, y) = (x0 + i as isize, y0 + j as isize);
+                if x < 0 || y < 0 || x >= stack.surface.nx as isize || y >= stack.surface.ny as isize {
+                    continue;
+                }
+                let level = stack.design.at(x as usize, y as usize);
+                design[j * side + i] = level;
+                if settings.inside == crate::Inside::Centre || level.is_finite() {
+                    surface[j * side + i] = stack.surface.at(x as usize, y as usize);
+                }
+            }
+        }
+        Some(Self { side, x0, y0, surface, design })
+    }
+
+    /// Height at which the silhouette with its corner at (px, py) stops; +∞ where it would leave the boundary.
+    fn contact_m(&self, silhouette: &Silhouette, px: usize, py: usize) -> f32 {
+        let side = silhouette.side();
+        let mut highest = [f32::NEG_INFINITY; 4];
+        for (j, &(first, end)) in silhouette.rows.iter().enumerate() {
+            let from = (py + j) * self.side + px;
+            let surface = &self.surface[from + first..from + end];
+            let under = &silhouette.under[j * side + first..j * side + end];
+            let (surface4, surface_rest) = surface.as_chunks::<4>();
+            let (under4, under_rest) = under.as_chunks::<4>();
+            for (s, u) in surface4.iter().zip(under4) {
+                for lane in 0..4 {
+                    let gap = s[lane] - u[lane];
+                    highest[lane] = if gap > highest[lane] { gap } else { highest[lane] };
+                }
+            }
+            for (s, u) in surface_rest.iter().zip(under_rest) {
+                highest[0] = highest[0].max(s - u);
+            }
+        }
+        highest.into_iter().fold(f32::NEG_INFINITY, f32::max)
+    }
+
+    fn place(&self, stack: &Stack, i: usize, j: usize, z: f32) -> Vec3 {
+        let map = &stack.surface;
+        let x = map.origin[0] + (self.x0 + i as isize) as f32 * map.cell_m;
+        let y = map.origin[1] + (self.y0 + j as isize) as f32 * map.cell_m;
+        Vec3::new(x, y, z)
+    }
+
+    /// What speaks against a pose besides its height, as a height.
+    fn penalty_m(
+        &self,
+        silhouette: &Silhouette,
+        px: usize,
+        py: usize,
+        z: f32,
+        block: &BlockModel,
+        settings: &Settings,
+    ) -> f32 {
+        let side = silhouette.side();
+        let near_m = 0.04 * block.d_box_m;
+        let (mut trapped, mut protruding) = (0.0_f32, 0.0_f32);
+        let mut contacts: Vec<Vec2> = Vec::new();
+        for (j, &(first, end)) in silhouette.rows.iter().enumerate() {
+            for i in first..end {
+                let (under, top) = (silhouette.under[j * side + i], silhouette.top[j * side + i]);
+                if under == f32::INFINITY {
+                    continue;
+                }
+                let at = (py + j) * self.side + px + i;
+                let gap = z + under - self.surface[at];
+                trapped += gap;
+                let design = self.design[at];
+                if design.is_finite() {
+                    protruding += (z + top - design.max(self.surface[at])).max(0.0);
+                }
+                if gap < near_m {
+                    contacts.push(Vec2::new(i as f32 - silhouette.half as f32, j as f32 - silhouette.half as f32));
+                }
+            }
+        }
+        let area = settings.cell_m * settings.cell_m / block.volume_m3.powf(2.0 / 3.0);
+        let tips = if surrounds(&contacts) { 0.0 } else { 0.15 * block.d_box_m };
+        settings.search.trapped_weight * trapped * area + settings.search.protrusion_weight * protruding * area + tips
+    }
+}
+
+/// Whether the points surround the origin: no half-plane through it is free of them.
+fn surrounds(points: &[Vec2]) -> bool {
+    let mut angles: Vec<f32> = points.iter().filter(|p| p.length_squared() > 1.0).map(|p| p.y.atan2(p.x)).collect();
+    angles.sort_by(f32::total_cmp);
+    let Some((&first, &last)) = angles.first().zip(angles.last()) else { return false };
+    let widest = angles.windows(2).map(|w| w[1] - w[0]).fold(first + std::f32::consts::TAU - last, f32::max);
+    widest < 0.95 * std::f32::consts::PI
+}

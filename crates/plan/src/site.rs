@@ -1,0 +1,188 @@
+//! What planning starts from: input checked, lengths resolved, blocks prepared for physics.
+
+use crate::{
+    PlanConfig, PlanError, Policy, Settings,
+    crane::Reach,
+    search::Attitudes,
+    stack::{self, Stack},
+};
+use geom::{HeightMap, Observer, Vec2, Vec3, Warning};
+use scene::{Catalog, DesignSurface, ModelId, PlacedBlock, Scene, SiteFrame};
+use sim::{BlockShape, World};
+
+/// More cells than this (2.4 GB of maps) is a mistake in the coordinates.
+const MOST_CELLS: u64 = 200_000_000;
+
+/// What the planner is given.
+#[derive(Clone, Copy)]
+pub struct PlanInput<'a> {
+    /// Recognised blocks and the ground they lie on.
+    pub scene: &'a Scene,
+    /// Where the local frame lies.
+    pub frame: &'a SiteFrame,
+    /// What is to be built.
+    pub design: &'a DesignSurface,
+    /// The site's block types.
+    pub catalog: &'a Catalog,
+    /// New blocks that are already placed, as built; counted as part of the pile.
+    pub placed: &'a [PlacedBlock],
+}
+
+/// The checked site.
+pub(crate) struct Site {
+    pub settings: Settings,
+    pub model: ModelId,
+    pub shapes: Vec<BlockShape>,
+    pub attitudes: Option<Attitudes>,
+    pub reach: Option<Reach>,
+    design: HeightMap,
+    walls: Vec<(Vec3, Vec3)>,
+}
+
+/// Checks everything that can be wrong with the input and warns about what is merely odd.
+pub(crate) fn prepare(input: &PlanInput, config: &PlanConfig, observer: &dyn Observer) -> Result<Site, PlanError> {
+    if config.policy == Policy::Network {
+        return Err(PlanError::NoPlacementModel);
+    }
+    input.design.check()?;
+    let model = block_to_place(input, config)?;
+    let block = input.catalog.get(model);
+    let settings = config.resolve(block, input.catalog.d_max_m())?;
+    let margin_m = block.d_box_m;
+    let [low, high] = input.design.extent();
+    let cells_along = |axis: usize| {
+        ((high[axis] - low[axis] + 2.0 * f64::from(margin_m)) / f64::from(settings.cell_m)).max(1.0) as u64
+    };
+    let cells = cells_along(0).saturating_mul(cells_along(1));
+    if cells > MOST_CELLS {
+        return Err(PlanError::TooManyCells { cells, cell_m: settings.cell_m, limit: MOST_CELLS });
+    }
+    let design = stack::design_map(input.design, input.frame, settings.cell_m, margin_m);
+    if !design.z_m.iter().any(|z| z.is_finite()) {
+        return Err(PlanError::NoWorks { cell_m: settings.cell_m });
+    }
+    check_place(input)?;
+    let shapes = input.catalog.iter().map(|(_, m)| BlockShape::new(m)).collect::<Result<Vec<_>, _>>()?;
+    let warn = |message: String| observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
+    if input.scene.blocks.is_empty() {
+        warn(
+            "no blocks were recognised: the plan builds on the bare ground; check the recognition before you use it"
+                .into(),
+        );
+    }
+    let (pairs, deepest_m) = overlaps(input, &shapes, &settings);
+    if pairs > 0 {
+        warn(format!(
+            "{pairs} pairs of recognised blocks overlap by more than {:.2} m (deepest {deepest_m:.2} m); they stay as they are, but check their poses",
+            0.1 * block.d_box_m
+        ));
+    }
+    let attitudes = (settings.policy == Policy::Search).then(|| Attitudes::new(block, &settings));
+    let reach = config.crane.as_ref().map(|c| c.reach(block.mass_kg(), input.frame)).transpose()?;
+    let walls = if settings.walls { walls(input)? } else { Vec::new() };
+    Ok(Site { settings, model, shapes, attitudes, reach, design, walls })
+}
+
+impl Site {
+    /// The pile before planning.
+    pub fn stack<'a>(&'a self, input: &PlanInput<'a>) -> Stack<'a> {
+        let mut stack = Stack::new(
+            input.catalog,
+            &self.shapes,
+            &input.scene.ground,
+            input.design,
+            input.frame,
+            self.design.clone(),
+        );
+        stack.walls = self.walls.clone();
+        for block in input.scene.blocks.iter().chain(input.placed) {
+            stack.add(*block, 0);
+        }
+        stack
+    }
+}
+
+/// The block named in the configuration, else the most frequent of the pile, else the first.
+fn block_to_place(input: &PlanInput, config: &PlanConfig) -> Result<ModelId, PlanError> {
+    if input.catalog.is_empty() {
+        return Err(PlanError::EmptyCatalog);
+    }
+    if let Some(name) = &config.block {
+        return input.catalog.find(name).ok_or_else(|| {
+            let known: Vec<&str> = input.catalog.iter().map(|(_, m)| m.name.as_str()).collect();
+            PlanError::UnknownBlock { name: name.clone(), known: known.join(", ") }
+        });
+    }
+    let count = |id: ModelId| input.scene.blocks.iter().filter(|b| b.model == id).count();
+    let most = input.catalog.iter().map(|(id, _)| id).max_by_key(|&id| (count(id), std::cmp::Reverse(id)));
+    Ok(most.expect("the catalogue is not empty"))
+}
+
+/// The design must lie at the pile, not in another zone or with swapped axes.
+fn check_place(input: &PlanInput) -> Result<(), PlanError> {
+    let [low, high] = input.design.extent();
+    let away = |b: &PlacedBlock| {
+        let at = input.frame.site_from_local(b.site_from_block * input.catalog.get(b.model).centre);
+        let beyond = |v: f64, axis: usize| (low[axis] - v).max(v - high[axis]).max(0.0);
+        beyond(at.x, 0).hypot(beyond(at.y, 1))
+    };
+    let nearest = input.scene.blocks.iter().map(away).fold(f64::INFINITY, f64::min);
+    let limit = 10.0 * f64::from(input.catalog.d_max_m());
+    if nearest.is_finite() && nearest > limit {
+        let crs = if input.frame.crs.is_empty() { "local coordinates".into() } else { input.frame.crs.clone() };
+        return Err(PlanError::DesignElsewhere { away_m: nearest, crs });
+    }
+    Ok(())
+}
+
+/// Pairs of existing blocks that overlap by more than a tenth of a block, and the deepest overlap.
+fn overlaps(input: &PlanInput, shapes: &[BlockShape], settings: &Settings) -> (usize, f32) {
+    let mut world = World::new(&settings.physics);
+    let ids: Vec<_> = input
+        .scene
+        .blocks
+        .iter()
+        .chain(input.placed)
+        .map(|b| (world.add_fixed(&shapes[b.model.0 as usize], &b.site_from_block), input.catalog.get(b.model).d_box_m))
+        .collect();
+    let (mut pairs, mut deepest) = (0, 0.0_f32);
+    for (id, d_box_m) in ids {
+        let mut with: Vec<_> = world
+            .contacts(id)
+            .into_iter()
+            .filter(|c| c.depth_m > 0.1 * d_box_m && matches!(c.other, sim::Touched::Block(other) if other > id))
+            .inspect(|c| deepest = deepest.max(c.depth_m))
+            .map(|c| c.other)
+            .collect();
+        with.dedup();
+        pairs += with.len();
+    }
+    (pairs, deepest)
+}
+
+/// Inward half-spaces of a convex boundary.
+fn walls(input: &PlanInput) -> Result<Vec<(Vec3, Vec3)>, PlanError> {
+    let (DesignSurface::Level { boundary, .. } | DesignSurface::Planes { boundary, .. }) = input.design else {
+        return Err(PlanError::WallsNeedConvexBoundary);
+    };
+    let corners: Vec<Vec2> = boundary
+        .iter()
+        .map(|p| Vec2::new((p[0] - input.frame.origin[0]) as f32, (p[1] - input.frame.origin[1]) as f32))
+        .collect();
+    let n = corners.len();
+    let turn = |i: usize| {
+        let (a, b, c) = (corners[i], corners[(i + 1) % n], corners[(i + 2) % n]);
+        (b - a).perp_dot(c - b)
+    };
+    let left = (0..n).all(|i| turn(i) >= 0.0);
+    if !left && !(0..n).all(|i| turn(i) <= 0.0) {
+        return Err(PlanError::WallsNeedConvexBoundary);
+    }
+    Ok((0..n)
+        .filter_map(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % n]);
+            let inward = (b - a).perp() * if left { 1.0 } else { -1.0 };
+            (inward.length() > 0.0).then(|| (a.extend(0.0), inward.normalize().extend(0.0)))
+        })
+        .collect())
+}

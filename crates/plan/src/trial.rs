@@ -1,0 +1,118 @@
+//! One drop in a small world of its own.
+//!
+//! In: the stack, a block and the pose in which the crane lets go. Out: where it came to rest, on what, and whether a
+//! small shake moves it. A fresh world per trial is parallel and history-free: a reused one is not bit-identical
+//! (measured), and a trial costs a millisecond. Everything already in the pile is fixed, so blocks that overlap in
+//! the input cannot push each other apart.
+
+use crate::{Settings, stack::Stack};
+use geom::{Bounds, Pose, Vec3};
+use scene::ModelId;
+use sim::{BodyId, Touched, World};
+
+/// How a drop ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Trial {
+    pub rest: Pose,
+    /// Whether it came to rest within the time limit.
+    pub at_rest: bool,
+    /// Largest sideways distance of its centre from the place of the drop while watched.
+    pub displaced_m: f32,
+    /// Blocks touched at rest, plus one for the ground.
+    pub contacts: u32,
+    pub on_ground: bool,
+}
+
+/// A drop in progress: the world is kept for the shake.
+pub(crate) struct Drop<'a> {
+    world: World,
+    body: BodyId,
+    settings: &'a Settings,
+    centre: Vec3,
+    mass_kg: f32,
+}
+
+impl<'a> Drop<'a> {
+    /// Builds the local world around the pose of the drop.
+    pub fn new(stack: &Stack, settings: &'a Settings, model: ModelId, drop: &Pose) -> Self {
+        let block = stack.catalog.get(model);
+        let at = *drop * block.centre;
+        let mut world = World::new(&settings.physics);
+        let bounds = Bounds { min: at, max: at }.grown(settings.local_radius_m);
+        world.add_ground(stack.ground, &bounds);
+        for (point, normal) in &stack.walls {
+            world.add_wall(*point, *normal);
+        }
+        for i in stack.near(at.x, at.y, settings.local_radius_m) {
+            let near = &stack.blocks[i];
+            world.add_fixed(&stack.shapes[near.model.0 as usize], &near.site_from_block);
+        }
+        let body = world.add_moving(&stack.shapes[model.0 as usize], drop);
+        Self { world, body, settings, centre: block.centre, mass_kg: block.mass_kg() }
+    }
+
+    /// Lets go; gives up as soon as the centre has moved sideways by more than `limit_m`.
+    pub fn settle(&mut self, limit_m: f32) -> Trial {
+        let start = self.pose() * self.centre;
+        let (at_rest, displaced_m) = self.run(self.settings.drop_time_s, start, limit_m);
+        let (contacts, on_ground) = if at_rest { self.contacts() } else { (0, false) };
+        Trial { rest: self.pose(), at_rest, displaced_m, contacts, on_ground }
+    }
+
+    /// Pushes the resting block three ways; the largest distance its centre moves from where it rested.
+    pub fn shake(&mut self) -> f32 {
+        if self.settings.shake_m_s <= 0.0 {
+            return 0.0;
+        }
+        let start = self.pose() * self.centre;
+        let mut moved_m = 0.0_f32;
+        for third in 0..3 {
+            let (sin, cos) = (third as f32 * std::f32::consts::TAU / 3.0).sin_cos();
+            let push = Vec3::new(cos, sin, 0.0) * (self.mass_kg * self.settings.shake_m_s);
+            self.world.apply_impulse(self.body, push);
+            self.run(2.0 * self.settings.physics.rest_time_s * self.time_scale(), start, self.settings.shake_limit_m);
+            moved_m = moved_m.max((self.pose() * self.centre - start).length());
+            if moved_m > self.settings.shake_limit_m {
+                break;
+            }
+        }
+        moved_m
+    }
+
+    /// Steps until rest, the time limit or the distance limit.
+    fn run(&mut self, time_s: f32, start: Vec3, limit_m: f32) -> (bool, f32) {
+        let step_s = self.world.step_s();
+        let rest_steps = (self.settings.physics.rest_time_s * self.time_scale() / step_s).ceil() as u32;
+        let rest_speed = self.settings.physics.rest_speed_m_s * self.time_scale();
+        let (mut still, mut displaced_m) = (0, 0.0_f32);
+        for _ in 0..(time_s / step_s).ceil() as u32 {
+            self.world.step(1);
+            let centre = self.pose() * self.centre;
+            displaced_m = displaced_m.max((centre - start).truncate().length());
+            if !(displaced_m <= limit_m) {
+                return (false, displaced_m);
+            }
+            still = if self.world.speed_m_s(self.body) < rest_speed { still + 1 } else { 0 };
+            if still > rest_steps {
+                return (true, displaced_m);
+            }
+        }
+        (false, displaced_m)
+    }
+
+    fn contacts(&self) -> (u32, bool) {
+        let mut touched: Vec<Touched> = self.world.contacts(self.body).iter().map(|c| c.other).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let count = touched.iter().filter(|t| **t != Touched::Wall).count() as u32;
+        (count, touched.contains(&Touched::Ground))
+    }
+
+    fn pose(&self) -> Pose {
+        self.world.pose(self.body).unwrap_or(Pose::IDENTITY)
+    }
+
+    fn time_scale(&self) -> f32 {
+        self.settings.physics.length_unit_m.sqrt()
+    }
+}
