@@ -39,6 +39,8 @@ pub struct PhysicsConfig {
     /// … and everything rests once nothing has moved for this long (× √unit).
     pub rest_time_s: f32,
     /// Half the size of a typical block: scales the engine's tolerances, so that a 5 cm part settles as a 2 m block does.
+    /// Follows from the catalogue ([`PhysicsConfig::for_block_size`]), so files do not hold it.
+    #[serde(skip)]
     pub length_unit_m: f32,
     /// Contact solver iterations a step.
     pub solver_iterations: usize,

@@ -1,1 +1,19 @@
-//! Synthetic piles that look like surveys.
+//! Synthetic piles that look like surveys: a recipe, a catalogue and a seed in; a pile with true poses and the
+//! labelled cloud a sensor would bring home out (METHOD §1).
+//!
+//! [`scene`] makes one scene without touching a disk: training streams from it, `tsumu synth` writes it to files.
+
+mod bed;
+mod camera;
+mod error;
+mod pile;
+mod range_map;
+mod recipe;
+mod scene;
+pub mod sensor;
+mod targets;
+
+pub use crate::scene::{SynthScene, scene};
+pub use error::SynthError;
+pub use recipe::{Bed, Drop, Recipe, Share, Site, Visibility};
+pub use sensor::Sensor;

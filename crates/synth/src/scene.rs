@@ -1,0 +1,86 @@
+//! One scene: bed, pile, survey, in that order (METHOD §1).
+
+use crate::SynthError;
+use crate::bed::bed;
+use crate::pile::drop_pile;
+use crate::recipe::{Recipe, Resolved, Site};
+use crate::sensor::Scan;
+use crate::targets::Targets;
+use geom::{PointCloud, SeedTree, Vec3};
+use scene::{Catalog, Scene, SiteFrame, Survey};
+
+/// A pile, its survey and what nobody knows of a real one.
+#[derive(Clone, Debug)]
+pub struct SynthScene {
+    /// Blocks with their true poses, numbered from 1, and the ground.
+    pub scene: Scene,
+    /// What the sensor measured, local frame.
+    pub survey: Survey,
+    /// Block of each point; 0 for the bed and for points that lie on no block.
+    pub instance: Vec<u32>,
+    /// Occlusion of each block, in the order of `scene.blocks`: 1 − visible surface / whole surface (Eq. 3.14).
+    pub occlusion: Vec<f32>,
+    /// Piles thrown away because they failed a check, each with its reason.
+    pub redraws: Vec<String>,
+}
+
+/// Makes the scene of a seed: the same bytes on any number of threads.
+///
+/// Labels are written when a point is made. Errors: an impossible recipe, or no pile that passes the checks.
+pub fn scene(recipe: &Recipe, catalog: &Catalog, seed: SeedTree) -> Result<SynthScene, SynthError> {
+    let resolved = recipe.resolve(catalog)?;
+    let mut redraws = Vec::new();
+    for attempt in 0..u64::from(recipe.most_attempts) {
+        let ground = ground(recipe, &resolved, seed.child("bed", attempt));
+        match drop_pile(recipe, &resolved, catalog, &ground, seed.child("pile", attempt))? {
+            Ok(pile) => {
+                let scene = Scene { blocks: pile.blocks, ground };
+                return measure(recipe, &resolved, catalog, scene, redraws, seed.child("scan", attempt));
+            }
+            Err(reason) => redraws.push(reason),
+        }
+    }
+    let last = redraws.pop().unwrap_or_default();
+    Err(SynthError::NoPile { attempts: recipe.most_attempts, last })
+}
+
+fn ground(recipe: &Recipe, resolved: &Resolved, seed: SeedTree) -> scene::Ground {
+    match recipe.site {
+        Site::Bin { .. } => scene::Ground::Level { z_m: 0.0 },
+        Site::Pen { .. } | Site::Strip { .. } => bed(&recipe.bed, resolved, seed),
+    }
+}
+
+fn measure(
+    recipe: &Recipe,
+    resolved: &Resolved,
+    catalog: &Catalog,
+    scene: Scene,
+    redraws: Vec<String>,
+    seed: SeedTree,
+) -> Result<SynthScene, SynthError> {
+    let with_bed = recipe.bed.measured && !matches!(recipe.site, Site::Bin { .. });
+    let targets = Targets::new(&scene, catalog, with_bed.then_some(resolved.size_m));
+    let scan = recipe.sensor.scan(&targets, resolved, recipe.visibility, seed)?;
+    let Scan { points, occlusion, positions } = in_scan_order(scan, resolved);
+    let (position_m, instance) = points.into_iter().unzip();
+    let survey = Survey {
+        cloud: PointCloud::from_positions(position_m),
+        frame: SiteFrame::default(),
+        sensor: recipe.sensor.kind(),
+        sensor_positions: positions,
+    };
+    Ok(SynthScene { scene, survey, instance, occlusion, redraws })
+}
+
+/// Points in strips, as surveys come, so that neither the order tells the block nor neighbours lie far apart in memory.
+fn in_scan_order(mut scan: Scan, resolved: &Resolved) -> Scan {
+    let strip = 0.25 * resolved.largest_m;
+    let key = |p: &Vec3| ((p.y / strip).floor(), (p.x / (0.1 * strip)).floor());
+    // A stable sort: ties keep the order in which the sensor made them, which is random.
+    scan.points.sort_by(|(a, _), (b, _)| {
+        let (a, b) = (key(a), key(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    scan
+}

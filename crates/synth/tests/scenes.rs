@@ -1,0 +1,187 @@
+//! What every scene must be, whatever the recipe: labels that fit, nothing inside another block, repeatable.
+
+use geom::{MeshQuery, SeedTree};
+use scene::{BlockSpec, Catalog, CatalogSpec, Ground, Shape};
+use synth::{Recipe, SynthError, SynthScene, scene};
+
+fn catalog(shapes: &[(&str, Shape)]) -> Catalog {
+    let block = shapes
+        .iter()
+        .map(|&(name, shape)| BlockSpec {
+            name: name.into(),
+            shape: Some(shape),
+            mesh: None,
+            unit: None,
+            density_kg_m3: 2300.0,
+        })
+        .collect();
+    blocks::catalog(&CatalogSpec { block }, &|_| Err("no files in tests".into())).unwrap()
+}
+
+fn tetrapods() -> Catalog {
+    catalog(&[("tetrapod", Shape::Tetrapod { size: 2.0 })])
+}
+
+fn recipe(head: &str, sensor: &str) -> Recipe {
+    Recipe::parse(&format!("name = \"test\"\n{head}\n[sensor]\n{sensor}")).unwrap()
+}
+
+fn small(sensor: &str) -> Recipe {
+    recipe("density_per_m2 = 150\ncount = [14, 18]\nsite = { kind = \"pen\", side_blocks = 3.2 }", sensor)
+}
+
+fn make(recipe: &Recipe, seed: u64) -> SynthScene {
+    scene(recipe, &tetrapods(), SeedTree::new(seed)).unwrap()
+}
+
+/// Distance of every labelled point to its own block, and how deep it lies in any other block.
+fn distances(made: &SynthScene, catalog: &Catalog) -> (Vec<f32>, f32) {
+    let queries: Vec<MeshQuery> = catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).unwrap()).collect();
+    let mut own = Vec::new();
+    let mut deepest = 0.0_f32;
+    for (p, &k) in made.survey.cloud.position_m.iter().zip(&made.instance) {
+        for block in &made.scene.blocks {
+            let model = catalog.get(block.model);
+            let local = block.site_from_block.inverse_transform_point(*p);
+            if (local - model.centre).length() > model.d_max_m + 0.2 {
+                continue;
+            }
+            let distance = queries[block.model.0 as usize].signed_distance_m(local);
+            if block.block.0 == k {
+                own.push(distance.abs());
+            } else {
+                deepest = deepest.max(-distance);
+            }
+        }
+    }
+    (own, deepest)
+}
+
+#[test]
+fn without_noise_every_point_lies_on_its_own_block_and_inside_no_other() {
+    let made = make(&small("kind = \"gaussian\"\nnoise_sd_m = 0.0"), 3);
+    let (own, deepest) = distances(&made, &tetrapods());
+    assert_eq!(own.len(), made.instance.iter().filter(|&&k| k > 0).count());
+    assert!(own.iter().all(|&d| d < 1e-4));
+    // Blocks at rest overlap by up to 1 % of their length.
+    assert!(deepest < 0.0245, "{deepest} m");
+}
+
+#[test]
+fn gaussian_noise_has_the_spread_it_says() {
+    let made = make(&small("kind = \"gaussian\"\nnoise_sd_m = 0.03\nmeasured_as = \"mbes\""), 4);
+    let (own, _) = distances(&made, &tetrapods());
+    let sd = (own.iter().map(|d| d * d).sum::<f32>() / own.len() as f32).sqrt();
+    // Distance to the surface is the noise along the normal.
+    assert!((sd / 0.03 - 1.0).abs() < 0.1, "{sd}");
+    assert!(own.iter().all(|&d| d < 6.0 * 0.03));
+    assert_eq!(made.survey.sensor, scene::SensorKind::Mbes);
+}
+
+#[test]
+fn the_density_is_met_and_the_columns_fit_together() {
+    let made = make(&small("kind = \"gaussian\""), 5);
+    let side = 3.2 * tetrapods().get(scene::ModelId(0)).d_box_m;
+    let count = made.survey.cloud.len();
+    assert_eq!(count, (150.0 * side * side).round() as usize);
+    assert_eq!(made.instance.len(), count);
+    assert_eq!(made.occlusion.len(), made.scene.blocks.len());
+    assert!(made.occlusion.iter().all(|o| (0.0..=1.0).contains(o)));
+    assert!((14..=18).contains(&made.scene.blocks.len()));
+    assert!(made.instance.iter().all(|&k| (k as usize) <= made.scene.blocks.len()));
+    assert!(made.instance.contains(&0), "the bed is measured");
+    assert_eq!(made.survey.sensor_positions.len(), 1);
+}
+
+#[test]
+fn occlusion_agrees_with_rays() {
+    let made = make(&small("kind = \"gaussian\"\nnoise_sd_m = 0.0"), 6);
+    let catalog = tetrapods();
+    let query = MeshQuery::new(&catalog.get(scene::ModelId(0)).mesh).unwrap();
+    let eye = made.survey.sensor_positions[0];
+    let mut rng = SeedTree::new(1).rng();
+    for (block, occlusion) in made.scene.blocks.iter().zip(&made.occlusion) {
+        let mesh = &catalog.get(block.model).mesh;
+        let samples = mesh.sample_surface(1500, &mut rng);
+        let hidden = samples.iter().filter(|(p, n)| {
+            let p = block.site_from_block.transform_point(*p);
+            let n = block.site_from_block.rotation * *n;
+            let way = p - eye;
+            let (direction, distance) = (way.normalize(), way.length());
+            n.dot(direction) >= 0.0
+                || made.scene.blocks.iter().any(|other| {
+                    let origin = other.site_from_block.inverse_transform_point(eye);
+                    let local = other.site_from_block.rotation.inverse() * direction;
+                    query.cast_ray(origin, local, distance).is_some_and(|hit| hit.distance_m < distance - 1e-2)
+                })
+        });
+        let by_rays = hidden.count() as f32 / samples.len() as f32;
+        assert!((by_rays - occlusion).abs() < 0.05, "{by_rays} against {occlusion}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_does_not() {
+    let recipe = small("kind = \"gaussian\"");
+    let (a, b, c) = (make(&recipe, 7), make(&recipe, 7), make(&recipe, 8));
+    assert_eq!(a.survey.cloud, b.survey.cloud);
+    assert_eq!(a.instance, b.instance);
+    assert_eq!(a.scene.blocks, b.scene.blocks);
+    assert_ne!(a.survey.cloud, c.survey.cloud);
+}
+
+#[test]
+fn a_strip_slopes_and_a_bin_has_no_bed() {
+    let strip = recipe(
+        "density_per_m2 = 60\ncount = [20, 20]\nsite = { kind = \"strip\", length_m = 14.0, width_m = 8.0 }\nbed = { slope_m = 3.0, falls_towards_deg = 90.0 }",
+        "kind = \"gaussian\"",
+    );
+    let made = make(&strip, 1);
+    assert!(matches!(made.scene.ground, Ground::Grid { .. }));
+    assert!(made.scene.ground.height_m(0.0, -3.0) > made.scene.ground.height_m(0.0, 3.0) + 1.0);
+    let bin = recipe(
+        "density_per_m2 = 400000\ncount = [20, 30]\nsite = { kind = \"bin\", length_m = 0.3, width_m = 0.25 }",
+        "kind = \"gaussian\"\nnoise_sd_m = 0.0005\naltitude_m = 0.5\nmeasured_as = \"depth-camera\"",
+    );
+    let parts = catalog(&[("part", Shape::Tetrapod { size: 0.05 })]);
+    let made = scene(&bin, &parts, SeedTree::new(2)).unwrap();
+    assert!(made.instance.iter().all(|&k| k > 0));
+    let highest = made.survey.cloud.bounds().max.z;
+    assert!(highest < 0.25, "parts pile up to {highest} m");
+}
+
+#[test]
+fn two_sizes_are_mixed_as_asked() {
+    let both = catalog(&[("small", Shape::Tetrapod { size: 1.6 }), ("large", Shape::Tetrapod { size: 2.0 })]);
+    let recipe = recipe(
+        "density_per_m2 = 30\ncount = [40, 40]\nmix = [{ model = \"large\", share = 3.0 }, { model = \"small\", share = 1.0 }]",
+        "kind = \"gaussian\"",
+    );
+    let made = scene(&recipe, &both, SeedTree::new(3)).unwrap();
+    let large = made.scene.blocks.iter().filter(|b| b.model == scene::ModelId(1)).count();
+    assert!((22..=37).contains(&large), "{large} of 40");
+}
+
+#[test]
+fn bad_recipes_are_named() {
+    let fails = |head: &str| scene(&recipe(head, "kind = \"gaussian\""), &tetrapods(), SeedTree::new(1)).unwrap_err();
+    assert!(matches!(fails("density_per_m2 = 100\ncount = [0, 0]"), SynthError::BadValue { key: "count", .. }));
+    assert!(matches!(fails("density_per_m2 = -3"), SynthError::BadValue { key: "density_per_m2", .. }));
+    assert!(matches!(fails("density_per_m2 = 1e8"), SynthError::TooDense { .. }));
+    let tiny = "density_per_m2 = 100\nsite = { kind = \"pen\", side_blocks = 0.9 }";
+    assert!(matches!(fails(tiny), SynthError::SiteTooSmall { .. }));
+    let unknown = "density_per_m2 = 100\nmix = [{ model = \"dolos\", share = 1.0 }]";
+    assert!(fails(unknown).to_string().contains("it has tetrapod"));
+    let restless = "density_per_m2 = 100\nmost_attempts = 1\nphysics = { max_time_s = 0.1 }";
+    assert!(matches!(fails(restless), SynthError::NoPile { attempts: 1, .. }));
+    let typo = Recipe::parse("name = \"x\"\ndensity_per_m2 = 1\ncounts = [1, 2]\n[sensor]\nkind = \"gaussian\"");
+    assert!(typo.unwrap_err().to_string().contains("counts"));
+    let none = scene(&small("kind = \"gaussian\""), &Catalog::default(), SeedTree::new(1));
+    assert_eq!(none.unwrap_err(), SynthError::EmptyCatalog);
+}
+
+#[test]
+fn a_recipe_survives_its_own_file() {
+    let recipe = small("kind = \"gaussian\"");
+    assert_eq!(Recipe::parse(&recipe.to_toml().unwrap()).unwrap(), recipe);
+}
