@@ -10,6 +10,7 @@ mod batches;
 mod config;
 mod crane;
 mod error;
+mod ground;
 mod order;
 mod random_pose;
 mod rounds;
@@ -24,6 +25,7 @@ pub mod windows;
 pub use config::{Inside, PlanConfig, Policy, SearchConfig, Settings};
 pub use crane::CraneConfig;
 pub use error::PlanError;
+pub use ground::{GroundConfig, estimate_ground};
 pub use site::PlanInput;
 
 use geom::{Event, Observer, SeedTree};

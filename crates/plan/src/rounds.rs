@@ -10,7 +10,7 @@ use crate::{
     trial::Drop,
     windows::{self, Window},
 };
-use geom::{Event, Observer, Pose, SeedTree, Vec2};
+use geom::{Event, Observer, Pose, SeedTree, Vec2, Warning};
 use rayon::prelude::*;
 use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
 
@@ -44,6 +44,10 @@ pub(crate) fn fill(
         };
         let windows = windows::detect(&stack.surface, &stack.design, settings, open);
         if windows.is_empty() {
+            if round == 1 {
+                let message = nothing_to_do(stack, settings.minimum_volume_m3);
+                observer.event(Event::Warned(Warning { stage: "plan", message }));
+            }
             break;
         }
         let places: Vec<Vec2> = windows.iter().map(|w| w.centre).collect();
@@ -72,6 +76,18 @@ pub(crate) fn fill(
         }
     }
     Ok(tried)
+}
+
+/// Why the first round found no window.
+fn nothing_to_do(stack: &Stack, minimum_volume_m3: f32) -> String {
+    if windows::void_m3(&stack.surface, &stack.design) <= 0.0 {
+        "the design lies below the present surface everywhere: nothing is to be added, the plan has 0 blocks".into()
+    } else {
+        format!(
+            "no window lacks the minimum volume of {minimum_volume_m3:.2} m³ within the crane's reach: the plan has 0 blocks; \
+             reduce plan.minimum_volume_m3 to fill smaller gaps"
+        )
+    }
 }
 
 /// Tries to place one block in a window; of what was tried at most one is kept.

@@ -1,0 +1,96 @@
+//! What holds for every plan.
+
+use crate::site::{self, Heard, Site};
+use geom::{HeightMap, SeedTree, Silent, Vec2};
+use plan::{PlanConfig, Policy, plan};
+use scene::{PlacementState, Plan};
+
+fn config(policy: Policy) -> PlanConfig {
+    let mut config = PlanConfig { policy, rounds: 6, block: Some("large".into()), ..PlanConfig::default() };
+    config.search.attitudes = 64;
+    config.search.verify = 3;
+    config
+}
+
+fn bits(plan: &Plan) -> Vec<u32> {
+    let pose = |p: &geom::Pose| [p.translation.to_array().to_vec(), p.rotation.to_array().to_vec()].concat();
+    plan.placements
+        .iter()
+        .chain(&plan.removed)
+        .flat_map(|p| [pose(&p.drop), pose(&p.rest), vec![p.filled_m3]].concat())
+        .map(f32::to_bits)
+        .collect()
+}
+
+fn check(site: &Site, config: &PlanConfig, plan: &Plan) {
+    let model = site.catalog.find(config.block.as_deref().unwrap()).unwrap();
+    let block = site.catalog.get(model);
+    assert!(plan.summary.blocks as usize == plan.placements.len() && !plan.placements.is_empty());
+    assert!(plan.summary.void_after_m3 < plan.summary.void_before_m3);
+    for (i, p) in plan.placements.iter().enumerate() {
+        assert_eq!((p.order as usize, p.state, p.model), (i + 1, PlacementState::Kept, model));
+        assert!(p.contacts >= 2 || (p.rest * block.centre).z < block.d_max_m, "{p:?}");
+        for &v in &block.mesh.vertices {
+            let at = site.frame.site_from_local(p.rest * v);
+            assert!(site.design.level_at(at.x, at.y).is_some(), "a corner of block {} is outside", p.order);
+        }
+        let centre = site.frame.site_from_local(p.rest * block.centre);
+        assert!(
+            centre.z <= site.design.level_at(centre.x, centre.y).unwrap() + 0.3 * f64::from(block.d_box_m) / 2.0 + 1e-3
+        );
+    }
+    nothing_is_needed_before_it_comes(site, block, plan);
+}
+
+/// Seen from above, no block has a large part of its underside below a block that comes earlier.
+fn nothing_is_needed_before_it_comes(site: &Site, block: &scene::BlockModel, plan: &Plan) {
+    let raster = |pose: &geom::Pose, top: bool| {
+        let mut map = HeightMap::empty(Vec2::ZERO, Vec2::splat(12.0), 0.2);
+        if top {
+            map.raise(&block.mesh, pose)
+        } else {
+            map.lower(&block.mesh, pose)
+        };
+        map
+    };
+    for (i, late) in plan.placements.iter().enumerate() {
+        let under = raster(&late.rest, false);
+        for early in &plan.placements[..i] {
+            if (late.rest.translation - early.rest.translation).length() > 2.0 * block.d_max_m {
+                continue;
+            }
+            let top = raster(&early.rest, true);
+            let shared = under.z_m.iter().zip(&top.z_m).filter(|(u, t)| u.is_finite() && t.is_finite());
+            let beneath = shared.filter(|(u, t)| **u < **t - 0.1 * block.d_box_m).count();
+            let all = under.z_m.iter().filter(|u| u.is_finite()).count();
+            assert!(beneath as f32 <= 0.25 * all as f32, "{} lies under {}", late.order, early.order);
+        }
+    }
+    assert_eq!(site.scene.blocks.len(), 16);
+}
+
+#[test]
+fn plans_obey_their_laws_and_threads_change_nothing() {
+    let site = site::site(12.0, 16, 2.5);
+    for policy in [Policy::Random, Policy::Search] {
+        let config = config(policy);
+        let with = |threads: usize, seed: u64| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| plan(&site.input(), &config, SeedTree::new(seed), &Silent).unwrap())
+        };
+        let (one, two) = (with(1, 7), with(2, 7));
+        assert_eq!(bits(&one), bits(&two));
+        assert_eq!(one.summary, two.summary);
+        check(&site, &config, &one);
+    }
+}
+
+#[test]
+fn search_places_more_and_closer_than_random() {
+    let site = site::site(12.0, 16, 2.5);
+    let run = |policy| plan(&site.input(), &config(policy), SeedTree::new(1), &Heard::default()).unwrap().summary;
+    let (random, search) = (run(Policy::Random), run(Policy::Search));
+    assert!(search.blocks as f32 >= 1.12 * random.blocks as f32, "{} against {}", search.blocks, random.blocks);
+    assert!(search.mean_distance_m < random.mean_distance_m);
+    assert!(search.porosity < random.porosity);
+}

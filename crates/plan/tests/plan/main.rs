@@ -1,0 +1,6 @@
+//! Behaviour of the planner on small sites.
+
+mod bad_input;
+mod ground;
+mod laws_of_a_plan;
+mod site;
