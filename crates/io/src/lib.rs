@@ -4,18 +4,24 @@
 //! the line or record in every error, and repair nothing. Writers put a file aside and rename it when it is whole.
 
 pub mod atomic;
+pub mod blocks_csv;
 pub mod input;
 pub mod las;
+pub mod manifest;
 pub mod mesh;
 pub mod obj;
+pub mod placements_csv;
 pub mod ply;
 pub mod points;
+pub mod site;
 pub mod stl;
 pub mod thinning;
 
+mod csv_table;
 mod error;
 mod raw_cloud;
 
+pub use csv_table::SitePose;
 pub use error::{IoError, Place};
 pub use input::Input;
 pub use raw_cloud::RawCloud;

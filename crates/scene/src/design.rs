@@ -91,6 +91,7 @@ pub enum DesignError {
 impl DesignSurface {
     /// Checks ranges and counts.
     pub fn check(&self) -> Result<(), DesignError> {
+        self.check_finite()?;
         let need = |key, points: &[[f64; 2]], need| {
             if points.len() < need { Err(DesignError::TooFewPoints { key, need, found: points.len() }) } else { Ok(()) }
         };
@@ -131,6 +132,49 @@ impl DesignSurface {
                 }
                 Ok(())
             }
+        }
+    }
+
+    /// Every number but a grid's heights (NaN there: nothing is designed) must be finite.
+    fn check_finite(&self) -> Result<(), DesignError> {
+        let points = |key: &'static str, points: &[[f64; 2]]| {
+            points.iter().flatten().find(|v| !v.is_finite()).map(|&value| (key, value))
+        };
+        let numbers = |numbers: &[(&'static str, f64)]| numbers.iter().find(|(_, v)| !v.is_finite()).copied();
+        let bad = match self {
+            Self::Level { level_m, boundary } => {
+                numbers(&[("level_m", *level_m)]).or_else(|| points("boundary", boundary))
+            }
+            Self::Planes { plane, boundary } => {
+                let of = |p: &SlopingPlane| {
+                    numbers(&[
+                        ("plane.point", p.point[0]),
+                        ("plane.point", p.point[1]),
+                        ("plane.level_m", p.level_m),
+                        ("plane.falls_towards_deg", p.falls_towards_deg),
+                        ("plane.slope_m", p.slope_m),
+                    ])
+                };
+                plane.iter().find_map(of).or_else(|| points("boundary", boundary))
+            }
+            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
+                numbers(&[
+                    ("crest_level_m", *crest_level_m),
+                    ("crest_width_m", *crest_width_m),
+                    ("left_slope_m", *left_slope_m),
+                    ("right_slope_m", *right_slope_m),
+                    ("toe_level_m", *toe_level_m),
+                ])
+                .or_else(|| points("alignment", alignment))
+            }
+            Self::Grid { origin, cell_m, level_m, .. } => {
+                let infinite = level_m.iter().find(|v| v.is_infinite()).map(|&v| ("level_m", v));
+                numbers(&[("origin", origin[0]), ("origin", origin[1]), ("cell_m", *cell_m)]).or(infinite)
+            }
+        };
+        match bad {
+            Some((key, value)) => Err(DesignError::BadValue { key, value, why: "it must be a finite number" }),
+            None => Ok(()),
         }
     }
 

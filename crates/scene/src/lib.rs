@@ -10,15 +10,17 @@ pub mod model;
 pub mod pile;
 pub mod plan;
 pub mod recognised;
+pub mod site;
 pub mod survey;
 pub mod symmetry;
 
 pub use catalog::{BlockSpec, CatalogSpec, LengthUnit, Shape};
-pub use design::DesignSurface;
+pub use design::{DesignSurface, SlopingPlane};
 pub use instance::{CentreHypothesis, InstanceId, LabelledCloud, Segmentation};
 pub use model::{BlockModel, Catalog, ConvexPart, ModelId};
 pub use pile::{Ground, PlacedBlock, Scene};
 pub use plan::{Placement, PlacementState, Plan, PlanSummary};
 pub use recognised::{Judgement, Recognised};
+pub use site::{DesignFile, GroundSpec, SiteError, SiteSpec, SurveySpec};
 pub use survey::{AxisOrder, SensorKind, SiteFrame, Survey};
 pub use symmetry::SymmetryGroup;

@@ -29,6 +29,13 @@ impl PlacementState {
             Self::Unstable => "unstable",
         }
     }
+
+    /// The state that `placements.csv` calls `word`.
+    pub fn of_word(word: &str) -> Option<Self> {
+        [Self::Kept, Self::Overflow, Self::Unsettled, Self::Outside, Self::Unstable]
+            .into_iter()
+            .find(|s| s.word() == word)
+    }
 }
 
 /// One block to place.

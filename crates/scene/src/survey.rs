@@ -14,6 +14,16 @@ pub enum AxisOrder {
     NorthEast,
 }
 
+impl AxisOrder {
+    /// A point of the survey's file as (east, north, up).
+    pub fn east_north_up(self, p: DVec3) -> DVec3 {
+        match self {
+            Self::EastNorth => p,
+            Self::NorthEast => DVec3::new(p.y, p.x, p.z),
+        }
+    }
+}
+
 /// The frame between local f32 metres and projected f64 coordinates (east, north, up).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SiteFrame {

@@ -1,0 +1,165 @@
+//! `manifest.json`: what made a run folder, and the BLAKE3 hash of every input and output, so that anybody can check.
+
+use crate::{IoError, Place, atomic};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Component, Path, PathBuf};
+
+/// Name in the run folder.
+pub const FILE: &str = "manifest.json";
+
+/// The manifest. Holds no times and no absolute paths: the same inputs, seed and version give the same bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of this file's layout.
+    pub format: u32,
+    /// Version of the program.
+    pub version: String,
+    /// Root of all random choices.
+    pub seed: u64,
+    /// Every setting as used.
+    pub config: serde_json::Value,
+    /// Further facts: weights used, reviews honoured.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub notes: BTreeMap<String, serde_json::Value>,
+    /// Inputs by their path relative to the site folder.
+    pub inputs: BTreeMap<String, Entry>,
+    /// Outputs by their path relative to the run folder.
+    pub outputs: BTreeMap<String, Entry>,
+}
+
+/// Size and hash of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Size.
+    pub bytes: u64,
+    /// BLAKE3, 64 hexadecimal digits.
+    pub blake3: String,
+}
+
+/// How a file differs from its manifest.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Difference {
+    /// Other content.
+    Changed(PathBuf),
+    /// Not there.
+    Missing(PathBuf),
+    /// There, but not in the manifest.
+    Unlisted(PathBuf),
+}
+
+impl std::fmt::Display for Difference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Changed(p) => write!(f, "{}: changed since the run", p.display()),
+            Self::Missing(p) => write!(f, "{}: missing", p.display()),
+            Self::Unlisted(p) => write!(f, "{}: not made by the run", p.display()),
+        }
+    }
+}
+
+impl Manifest {
+    /// A manifest without files.
+    pub fn new(version: &str, seed: u64, config: serde_json::Value) -> Self {
+        Self {
+            format: 1,
+            version: version.into(),
+            seed,
+            config,
+            notes: BTreeMap::new(),
+            inputs: BTreeMap::new(),
+            outputs: BTreeMap::new(),
+        }
+    }
+
+    /// Adds an input: its name relative to the site folder, and where it is now.
+    pub fn add_input(&mut self, name: &Path, file: &Path) -> Result<(), IoError> {
+        self.inputs.insert(portable(name), entry(file)?);
+        Ok(())
+    }
+
+    /// Hashes every file of the run folder and writes the manifest there. Files the folder held before the run
+    /// count as outputs too: a run folder is the program's alone.
+    pub fn seal(&mut self, run: &Path) -> Result<(), IoError> {
+        self.outputs.clear();
+        for name in files_below(run)? {
+            self.outputs.insert(portable(&name), entry(&run.join(&name))?);
+        }
+        let mut text = serde_json::to_string_pretty(self).expect("a manifest is plain data");
+        text.push('\n');
+        atomic::write_bytes(&run.join(FILE), text.as_bytes())
+    }
+
+    /// Reads the manifest of a run folder.
+    pub fn load(run: &Path) -> Result<Self, IoError> {
+        let path = run.join(FILE);
+        let bytes = fs::read(&path).map_err(|e| IoError::read(&path, e))?;
+        let manifest: Self = serde_json::from_slice(&bytes)
+            .map_err(|e| IoError::malformed(&path, Place::Line(e.line() as u64), format!("not a manifest: {e}")))?;
+        let outside = |n: &&String| !Path::new(n).components().all(|c| matches!(c, Component::Normal(_)));
+        match manifest.inputs.keys().chain(manifest.outputs.keys()).find(outside) {
+            Some(name) => Err(IoError::Outside { path, key: "file".into(), target: name.into() }),
+            None => Ok(manifest),
+        }
+    }
+}
+
+/// Recomputes every hash of a run folder, and of the inputs when the site folder is given. Empty: all is as it was.
+pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoError> {
+    let manifest = Manifest::load(run)?;
+    let mut differences = Vec::new();
+    let folders = std::iter::once((run, &manifest.outputs)).chain(site.map(|s| (s, &manifest.inputs)));
+    for (folder, entries) in folders {
+        for (name, expected) in entries {
+            let path = folder.join(name);
+            match entry(&path) {
+                Ok(found) if found == *expected => {}
+                Ok(_) => differences.push(Difference::Changed(path)),
+                Err(IoError::Os { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                    differences.push(Difference::Missing(path));
+                }
+                Err(e) => return Err(e),
+            }
+        }
+    }
+    let unlisted = files_below(run)?.into_iter().filter(|name| !manifest.outputs.contains_key(&portable(name)));
+    differences.extend(unlisted.map(|name| Difference::Unlisted(run.join(name))));
+    Ok(differences)
+}
+
+/// Size and hash of a file.
+pub fn entry(path: &Path) -> Result<Entry, IoError> {
+    let mut hasher = blake3::Hasher::new();
+    let bytes = File::open(path)
+        .and_then(|mut file| std::io::copy(&mut file, &mut hasher))
+        .map_err(|e| IoError::read(path, e))?;
+    Ok(Entry { bytes, blake3: hasher.finalize().to_hex().to_string() })
+}
+
+/// Relative paths of all files but the manifest, sorted.
+fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
+    let (mut found, mut open) = (Vec::new(), vec![PathBuf::new()]);
+    while let Some(below) = open.pop() {
+        let here = folder.join(&below);
+        let fail = |e| IoError::read(&here, e);
+        for item in fs::read_dir(&here).map_err(fail)? {
+            let item = item.map_err(fail)?;
+            let name = below.join(item.file_name());
+            if item.file_type().map_err(fail)?.is_dir() {
+                open.push(name);
+            } else if name != Path::new(FILE) {
+                found.push(name);
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The same text on every system.
+fn portable(path: &Path) -> String {
+    path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+}
