@@ -102,22 +102,36 @@ impl PointGrid {
     }
 }
 
+/// A cloud with one point a cell.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Thinned {
+    /// Indices of the points kept, ascending.
+    pub kept: Vec<u32>,
+    /// For every input point its cell's entry in `kept`; `u32::MAX` for a position that is not finite.
+    pub owner: Vec<u32>,
+}
+
 /// One point of each occupied cell of edge `cell_m`: the one nearest to the mean of the cell's points.
-/// Indices ascending; positions that are not finite are left out.
-pub fn thin(points: &[Vec3], cell_m: f32) -> Vec<u32> {
+pub fn thin(points: &[Vec3], cell_m: f32) -> Thinned {
     let grid = PointGrid::new(points, cell_m);
-    let mut kept = Vec::new();
+    let mut kept_by_cell = Vec::new();
     let mut start = 0;
     while start < grid.key.len() {
         let end = start + grid.key[start..].partition_point(|&k| k == grid.key[start]);
         let mean = grid.position[start..end].iter().copied().sum::<Vec3>() / (end - start) as f32;
         let off = |i: usize| (grid.position[i] - mean).length_squared();
         let best = (start..end).min_by(|&a, &b| off(a).total_cmp(&off(b))).expect("a cell in the list has a point");
-        kept.push(grid.index[best]);
+        kept_by_cell.push((grid.index[best], start, end));
         start = end;
     }
-    kept.sort_unstable();
-    kept
+    kept_by_cell.sort_unstable();
+    let mut owner = vec![u32::MAX; points.len()];
+    for (entry, &(_, start, end)) in kept_by_cell.iter().enumerate() {
+        for &i in &grid.index[start..end] {
+            owner[i as usize] = entry as u32;
+        }
+    }
+    Thinned { kept: kept_by_cell.iter().map(|k| k.0).collect(), owner }
 }
 
 #[cfg(test)]
@@ -142,11 +156,11 @@ mod tests {
         #[test]
         fn thinning_keeps_one_a_cell(points in prop::collection::vec(prop::array::uniform3(0.0_f32..1.0), 1..200)) {
             let points: Vec<Vec3> = points.into_iter().map(Vec3::from_array).collect();
-            let kept = thin(&points, 0.25);
+            let Thinned { kept, owner } = thin(&points, 0.25);
             prop_assert!(!kept.is_empty() && kept.len() <= points.len().min(125));
-            // Every point has a kept one within a cell's diagonal.
-            for p in &points {
-                prop_assert!(kept.iter().any(|&k| (points[k as usize] - *p).length() <= 0.25 * 1.7321));
+            // The owner of every point lies in its cell.
+            for (p, &o) in points.iter().zip(&owner) {
+                prop_assert!((points[kept[o as usize] as usize] - *p).length() <= 0.25 * 1.7321);
             }
         }
     }

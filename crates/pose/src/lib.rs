@@ -1,1 +1,25 @@
-//! From segments and centre hypotheses to accepted blocks with pose and type.
+//! From segments and centre hypotheses to accepted blocks with pose and type (METHOD §4, FINDINGS).
+//!
+//! [`recognise`] is the stage. The default searches rotations on the model's distance field and lets all hypotheses
+//! compete for the points; the thesis' point pair features are there for comparison and as a second source.
+
+pub mod config;
+pub mod rotation_grid;
+
+mod acceptance;
+mod confidence;
+mod error;
+mod evidence;
+mod finish;
+mod fit;
+mod leftovers;
+mod measured;
+mod recognise;
+mod search;
+mod sight;
+mod template;
+mod thesis;
+
+pub use config::{EvidenceConfig, IcpError, Method, PoseConfig, PpfConfig, SearchConfig};
+pub use error::PoseError;
+pub use recognise::recognise;

@@ -1,0 +1,80 @@
+//! All candidates compete for the points; the best set of blocks is taken greedily.
+//!
+//! A set is worth the points its blocks explain, each counted for the block that explains it best, less what speaks
+//! against each block and their overlap. The candidate that adds most is accepted first; what is left for the others
+//! is worth less after it. This is how two hypotheses of one block become one, and a wrong pose that borrows the
+//! neighbours' points ends with nothing of its own.
+
+use crate::EvidenceConfig;
+use crate::evidence::{Evidence, overlap_m2};
+use crate::fit::CentredPose;
+use crate::measured::Measured;
+use crate::template::Template;
+
+/// A pose with its case.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Entry in the list of templates.
+    pub template: usize,
+    /// The pose.
+    pub at: CentredPose,
+    /// What speaks for and against it.
+    pub evidence: Evidence,
+}
+
+/// The accepted candidates (entries of the list, in the order of acceptance) and how well each working point is
+/// explained.
+#[derive(Clone, Debug, Default)]
+pub struct Acceptance {
+    /// Accepted entries and what each added when it was accepted.
+    pub accepted: Vec<(usize, f32)>,
+    /// Best weight of any accepted block at each working point.
+    pub taken: Vec<f32>,
+}
+
+/// Accepts greedily until nothing adds enough.
+pub fn accept(
+    candidates: &[Candidate],
+    templates: &[Template],
+    measured: &Measured,
+    config: &EvidenceConfig,
+) -> Acceptance {
+    let mut taken = vec![0.0_f32; measured.position.len()];
+    let mut accepted: Vec<(usize, f32)> = Vec::new();
+    // Lost to overlap with accepted blocks, in halves of the surface.
+    let mut lost = vec![0.0_f32; candidates.len()];
+    let eligible = |c: &Candidate| c.evidence.agreement >= config.min_agreement;
+    let mut gain: Vec<f32> =
+        candidates.iter().map(|c| if eligible(c) { c.evidence.gain(&taken) } else { f32::NEG_INFINITY }).collect();
+    loop {
+        // The first of equals: the order of the hypotheses decides, never the order of threads.
+        let best = (0..gain.len()).fold(None, |b: Option<usize>, i| match b {
+            Some(j) if gain[j] >= gain[i] => b,
+            _ => Some(i),
+        });
+        let Some(best) = best.filter(|&i| gain[i] >= config.min_score) else { break };
+        let winner = &candidates[best];
+        accepted.push((best, gain[best]));
+        for &(i, w) in &winner.evidence.explained {
+            taken[i as usize] = taken[i as usize].max(w);
+        }
+        let reach = templates[winner.template].model.d_max_m;
+        for (i, c) in candidates.iter().enumerate() {
+            let other = &templates[c.template];
+            if gain[i] < config.min_score || (c.at.centre - winner.at.centre).length() > reach + other.model.d_max_m {
+                continue;
+            }
+            let tolerance = overlap_tolerance_m(measured, other);
+            let overlap = overlap_m2((&templates[winner.template], &winner.at), (other, &c.at), tolerance);
+            lost[i] += config.overlap_weight * overlap / c.evidence.unit_m2;
+            gain[i] = c.evidence.gain(&taken) - lost[i];
+        }
+        gain[best] = f32::NEG_INFINITY;
+    }
+    Acceptance { accepted, taken }
+}
+
+/// How far two measured blocks may reach into each other: errors of both poses and of the model.
+pub fn overlap_tolerance_m(measured: &Measured, template: &Template) -> f32 {
+    (1.5 * measured.noise_sd_m).max(0.03 * template.model.d_max_m)
+}

@@ -1,0 +1,111 @@
+//! What speaks for a pose and what against it: the two-sided judgement of a single candidate.
+//!
+//! For: measured points within reach of a face that the sensor could see, each with the area it stands for.
+//! Against: measured points deep inside the solid, surface in free space that the sensor looked through, surface
+//! below the bed. A one-sided fit cannot tell a face of a small block from a part of a larger one; the surface that
+//! should have been seen and was not can (FINDINGS).
+
+use crate::EvidenceConfig;
+use crate::fit::{CentredPose, agreement};
+use crate::measured::Measured;
+use crate::search::fit_point;
+use crate::sight::Seen;
+use crate::template::Template;
+
+/// The case of one candidate.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// Working points it explains and how well, in (0, 1]; ascending.
+    pub explained: Vec<(u32, f32)>,
+    /// Area of the evidence against it, weighted, m².
+    pub against_m2: f32,
+    /// Of the surface that ought to be seen, the share that is.
+    pub agreement: f32,
+    /// Half the block's surface, m²: the unit of scores.
+    pub unit_m2: f32,
+    /// Area one working point stands for, m².
+    pub point_area_m2: f32,
+}
+
+impl Evidence {
+    /// Score without rivals, in halves of the block's surface.
+    pub fn score(&self) -> f32 {
+        let area: f32 = self.explained.iter().map(|e| e.1).sum::<f32>() * self.point_area_m2;
+        (area - self.against_m2) / self.unit_m2
+    }
+
+    /// What the candidate adds to what others explain already.
+    pub fn gain(&self, taken: &[f32]) -> f32 {
+        let new: f32 = self.explained.iter().map(|&(i, w)| (w - taken[i as usize]).max(0.0)).sum();
+        (new * self.point_area_m2 - self.against_m2) / self.unit_m2
+    }
+}
+
+/// Reach of a surface, metres: points within it are explained.
+pub fn reach_m(measured: &Measured, template: &Template, config: &EvidenceConfig) -> f32 {
+    (config.reach_sd * measured.noise_sd_m).max(1.5 * template.field.cell_m())
+}
+
+/// Collects the evidence of one pose.
+pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config: &EvidenceConfig) -> Evidence {
+    let reach = reach_m(measured, template, config);
+    let d_max = template.model.d_max_m;
+    let site_from_block = at.pose(template.model.centre);
+    let block_from_site = site_from_block.inverse();
+    let deep = reach.max(0.04 * d_max);
+    let mut explained = Vec::new();
+    let mut inside = 0.0;
+    measured.grid.for_each_within(at.centre, d_max + reach, |i, p, _| {
+        let (d, g) = template.field.at(block_from_site * p);
+        if d.abs() < reach {
+            let w = agreement(site_from_block.rotation * g, &fit_point(measured, i)) * (1.0 - (d / reach).powi(2));
+            if w > 0.02 {
+                explained.push((i, w));
+            }
+        } else if d < -deep {
+            inside += ((-d - deep) / deep).min(1.0);
+        }
+    });
+    explained.sort_unstable_by_key(|e| e.0);
+
+    let (mut seen, mut through, mut unknown, mut under) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
+    for &(p, n) in &template.surface {
+        let p = site_from_block * p;
+        match measured.sight.of_surface(p, site_from_block.rotation * n, reach) {
+            Some(Seen::Here) => seen += 1.0,
+            Some(Seen::Through) => through += 1.0,
+            Some(Seen::Unknown) => unknown += 1.0,
+            Some(Seen::Hidden) | None => {}
+        }
+        let depth = measured.bed.map_or(0.0, |bed| -bed.distance_m(p));
+        under += ((depth - deep) / deep).clamp(0.0, 1.0);
+    }
+    let area = template.sample_area_m2;
+    Evidence {
+        explained,
+        against_m2: config.inside_weight * inside * measured.point_area_m2
+            + config.free_space_weight * through * area
+            + config.overlap_weight * under * area,
+        agreement: seen / (seen + through + 0.3 * unknown + 0.01 * template.surface.len() as f32).max(1.0),
+        unit_m2: 0.5 * area * template.surface.len() as f32,
+        point_area_m2: measured.point_area_m2,
+    }
+}
+
+/// Surface of two blocks inside each other, weighted by depth, m²: the larger of both ways.
+pub fn overlap_m2(a: (&Template, &CentredPose), b: (&Template, &CentredPose), tolerance_m: f32) -> f32 {
+    if (a.1.centre - b.1.centre).length() > a.0.model.d_max_m + b.0.model.d_max_m {
+        return 0.0;
+    }
+    let one_way = |from: (&Template, &CentredPose), into: (&Template, &CentredPose)| {
+        let to = into.1.pose(into.0.model.centre).inverse() * from.1.pose(from.0.model.centre);
+        let deep: f32 = from
+            .0
+            .surface
+            .iter()
+            .map(|&(p, _)| ((-into.0.field.distance_m(to * p) - tolerance_m) / tolerance_m).clamp(0.0, 1.0))
+            .sum();
+        deep * from.0.sample_area_m2
+    };
+    one_way(a, b).max(one_way(b, a))
+}

@@ -1,0 +1,198 @@
+//! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
+
+use crate::PoseConfig;
+use crate::acceptance::Candidate;
+use crate::confidence::{Signs, confidence};
+use crate::evidence::reach_m;
+use crate::fit::{CentredPose, FitPoint, covariance, fit};
+use crate::measured::Measured;
+use crate::template::Template;
+use geom::{PointGrid, Vec3};
+use rayon::prelude::*;
+use scene::{InstanceId, Judgement, Recognised, Survey};
+
+/// An accepted block on its way to the statement.
+pub struct Accepted {
+    /// Entry in the list of templates.
+    pub template: usize,
+    /// The pose.
+    pub at: CentredPose,
+    /// What it added when it was accepted, in halves of its surface.
+    pub gain: f32,
+    /// Share of the surface that ought to be seen and is.
+    pub agreement: f32,
+    /// Best rival for the same points with a different pose or type, as a share of this one's score.
+    pub rival: f32,
+    /// Best candidate of another type at this place.
+    pub other_type: Option<(usize, CentredPose)>,
+}
+
+/// Points a refinement uses at most.
+const MOST_POINTS: usize = 4000;
+
+/// Labels every survey point with the accepted block nearest to it, within reach; entry + 1, 0 = none.
+pub fn label(
+    points: &[Vec3],
+    grid: &PointGrid,
+    blocks: &[Accepted],
+    templates: &[Template],
+    measured: &Measured,
+    config: &PoseConfig,
+) -> Vec<u32> {
+    let mut nearest: Vec<(f32, u32)> = vec![(f32::INFINITY, 0); points.len()];
+    for (entry, block) in blocks.iter().enumerate() {
+        let template = &templates[block.template];
+        let reach = reach_m(measured, template, &config.evidence);
+        let block_from_site = block.at.pose(template.model.centre).inverse();
+        grid.for_each_within(block.at.centre, template.model.d_max_m + reach, |i, p, _| {
+            let d = template.field.distance_m(block_from_site * p).abs();
+            if d < reach && d < nearest[i as usize].0 {
+                nearest[i as usize] = (d, entry as u32 + 1);
+            }
+        });
+    }
+    nearest.into_iter().map(|n| n.1).collect()
+}
+
+/// Points of each label from 1, ascending.
+pub fn members(labels: &[u32], blocks: usize) -> Vec<Vec<u32>> {
+    let mut members = vec![Vec::new(); blocks];
+    for (i, &label) in labels.iter().enumerate() {
+        if label > 0 {
+            members[label as usize - 1].push(i as u32);
+        }
+    }
+    members
+}
+
+fn fit_points(survey: &Survey, measured: &Measured, index: &[u32]) -> Vec<FitPoint> {
+    let stride = index.len().div_ceil(MOST_POINTS).max(1);
+    let working = |i: u32| measured.thinned.owner[i as usize] as usize;
+    index
+        .iter()
+        .step_by(stride)
+        .map(|&i| FitPoint {
+            position: survey.cloud.position_m[i as usize],
+            normal: measured.normal[working(i)],
+            to_sensor: measured.to_sensor[working(i)],
+        })
+        .collect()
+}
+
+/// Refines all blocks on their own points, twice, because better poses make better labels; returns the points.
+pub fn refine(
+    survey: &Survey,
+    blocks: &mut [Accepted],
+    templates: &[Template],
+    measured: &Measured,
+    config: &PoseConfig,
+) -> Vec<Vec<u32>> {
+    let points = &survey.cloud.position_m;
+    let cell = templates.iter().map(|t| t.model.d_max_m).fold(f32::INFINITY, f32::min) * 0.2;
+    let grid = PointGrid::new(points, cell.max(f32::MIN_POSITIVE));
+    for _ in 0..2 {
+        let own = members(&label(points, &grid, blocks, templates, measured, config), blocks.len());
+        blocks.par_iter_mut().zip(&own).for_each(|(block, own)| {
+            let template = &templates[block.template];
+            let wide = reach_m(measured, template, &config.evidence);
+            let sd = measured.noise_sd_m.max(0.3 * template.field.cell_m());
+            let sample = fit_points(survey, measured, own);
+            if sample.len() >= crate::search::FEWEST_POINTS {
+                block.at = fit(&template.fit_model(), &sample, block.at, &[wide, 2.0 * sd, 2.0 * sd, 2.0 * sd]).0;
+            }
+        });
+    }
+    members(&label(points, &grid, blocks, templates, measured, config), blocks.len())
+}
+
+/// The statement on one accepted block.
+pub fn statement(
+    survey: &Survey,
+    block: &Accepted,
+    points: Vec<u32>,
+    templates: &[Template],
+    measured: &Measured,
+) -> Recognised {
+    let template = &templates[block.template];
+    let model = template.model;
+    let sample = fit_points(survey, measured, &points);
+    let distance = |template: &Template, at: &CentredPose| {
+        let block_from_site = at.pose(template.model.centre).inverse();
+        let sum: f64 =
+            sample.iter().map(|p| f64::from(template.field.distance_m(block_from_site * p.position).abs())).sum();
+        (sum / sample.len().max(1) as f64) as f32
+    };
+    let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
+    let occlusion = 1.0 - visible_share(template, &block.at, measured);
+    let signs = Signs {
+        gain: block.gain,
+        agreement: block.agreement,
+        rival: block.rival,
+        visible: 1.0 - occlusion,
+        points: points.len(),
+    };
+    let judged = points.len() >= crate::search::FEWEST_POINTS && covariance.is_some_and(|c| certain(&c, model.d_box_m));
+    Recognised {
+        block: InstanceId(0),
+        model: template.id,
+        site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
+        judgement: if judged { Judgement::Accepted } else { Judgement::NotJudged },
+        confidence: confidence(&signs),
+        fitness_m: distance(template, &block.at),
+        runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
+        occlusion,
+        points,
+        covariance: covariance.unwrap_or([0.0; 36]),
+    }
+}
+
+/// Whether the fit holds the pose in every direction better than a true positive's limits.
+fn certain(covariance: &[f32; 36], d_box_m: f32) -> bool {
+    let sd = |i: usize| covariance[i * 7].max(0.0).sqrt();
+    (0..3).all(|i| sd(i) < 0.05 * d_box_m) && (3..6).all(|i| sd(i) < 2.5_f32.to_radians())
+}
+
+/// Share of the model's surface samples with a working point close by (Eq. 3.14 from the measured side).
+fn visible_share(template: &Template, at: &CentredPose, measured: &Measured) -> f32 {
+    let site_from_block = at.pose(template.model.centre);
+    let radius = (1.5 * measured.spacing_m).max(2.5 * measured.noise_sd_m);
+    let near = template
+        .surface
+        .iter()
+        .filter(|(p, n)| {
+            let normal = site_from_block.rotation * *n;
+            measured.grid.nearest_within(site_from_block * *p, radius).is_some_and(|(i, _)| {
+                let i = i as usize;
+                measured.normal[i] == Vec3::ZERO || measured.normal[i].dot(normal) > 0.3
+            })
+        })
+        .count();
+    near as f32 / template.surface.len().max(1) as f32
+}
+
+/// What else could be at an accepted block's place: the best rival's share of its score, and the best other type.
+pub fn rivals(
+    winner: &Candidate,
+    candidates: &[Candidate],
+    templates: &[Template],
+) -> (f32, Option<(usize, CentredPose)>) {
+    let own = winner.evidence.score().max(1e-6);
+    let template = &templates[winner.template];
+    let d_box = template.model.d_box_m;
+    let (mut rival, mut other) = (0.0_f32, None::<(f32, usize, CentredPose)>);
+    for c in candidates {
+        if (c.at.centre - winner.at.centre).length() > 0.7 * template.model.d_max_m {
+            continue;
+        }
+        // In the winner's unit, so that a large block's small share compares.
+        let score = c.evidence.score() * c.evidence.unit_m2 / winner.evidence.unit_m2;
+        let same_type = c.template == winner.template;
+        if !(same_type && template.same(&c.at, &winner.at, 0.1 * d_box, 5.0_f32.to_radians())) {
+            rival = rival.max(score / own);
+        }
+        if !same_type && other.is_none_or(|o| score > o.0) {
+            other = Some((score, c.template, c.at));
+        }
+    }
+    (rival, other.map(|o| (o.1, o.2)))
+}

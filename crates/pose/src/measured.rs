@@ -1,0 +1,115 @@
+//! The survey as the search sees it: thinned to an even spacing, with normals, directions to the sensor, a bed.
+//!
+//! Everything the search and the verification ask of the points goes through here, so that a survey of a million
+//! points costs little more than one of a hundred thousand.
+
+use crate::sight::Sight;
+use geom::point_grid::{Thinned, thin};
+use geom::{Bounds, Plane, PointGrid, SeedTree, Vec3, find_plane};
+use scene::Survey;
+
+/// The working cloud.
+pub struct Measured {
+    /// Positions.
+    pub position: Vec<Vec3>,
+    /// Unit normals facing the sensor; zero where there is none.
+    pub normal: Vec<Vec3>,
+    /// Unit directions to the sensor.
+    pub to_sensor: Vec<Vec3>,
+    /// Survey index of each working point, and working point of each survey point.
+    pub thinned: Thinned,
+    /// Who is near a place.
+    pub grid: PointGrid,
+    /// Area a working point stands for, m².
+    pub point_area_m2: f32,
+    /// Typical distance between working points, metres.
+    pub spacing_m: f32,
+    /// Standard deviation of a point, metres.
+    pub noise_sd_m: f32,
+    /// What each sensor saw first along its rays.
+    pub sight: Sight,
+    /// The bed under the pile, where there is one.
+    pub bed: Option<Plane>,
+}
+
+impl Measured {
+    /// Prepares the survey for blocks of the given smallest d_max.
+    pub fn new(survey: &Survey, cell_m: f32, d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Self {
+        let all = &survey.cloud.position_m;
+        let thinned = thin(all, cell_m);
+        let position: Vec<Vec3> = thinned.kept.iter().map(|&i| all[i as usize]).collect();
+        let grid = PointGrid::new(&position, cell_m * 2.0);
+        let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward_sensor(p, &survey.sensor_positions)).collect();
+        let radius_m = (2.6 * cell_m).max(3.5 * noise_sd_m).min(0.25 * d_max_m);
+        let normal = if survey.cloud.has_normals() {
+            let given = thinned.kept.iter().map(|&i| survey.cloud.normal[i as usize].normalize_or_zero());
+            given.zip(&to_sensor).map(|(n, v)| if n.dot(*v) < 0.0 { -n } else { n }).collect()
+        } else {
+            let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions);
+            geom::normals(&position, radius_m, &direction)
+        };
+        let point_area_m2 = point_area_m2(&position, &grid, cell_m);
+        let spacing_m = point_area_m2.sqrt();
+        let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
+        let bed = bed(&position, d_max_m, noise_sd_m, seed);
+        Self { position, normal, to_sensor, thinned, grid, point_area_m2, spacing_m, noise_sd_m, sight, bed }
+    }
+
+    /// Working points of survey points, each once, ascending.
+    pub fn working(&self, survey_points: &[u32]) -> Vec<u32> {
+        let mut own: Vec<u32> =
+            survey_points.iter().map(|&i| self.thinned.owner[i as usize]).filter(|&o| o != u32::MAX).collect();
+        own.sort_unstable();
+        own.dedup();
+        own
+    }
+}
+
+/// Unit direction from a point to the nearest sensor position; straight up when none is known.
+pub fn toward_sensor(p: Vec3, sensors: &[Vec3]) -> Vec3 {
+    let nearest = sensors.iter().min_by(|a, b| (**a - p).length_squared().total_cmp(&(**b - p).length_squared()));
+    nearest.and_then(|s| (*s - p).try_normalize()).unwrap_or(Vec3::Z)
+}
+
+/// Median area of a point from the number of neighbours on a disc.
+fn point_area_m2(position: &[Vec3], grid: &PointGrid, cell_m: f32) -> f32 {
+    let radius_m = 3.0 * cell_m;
+    let step = position.len().div_ceil(500).max(1);
+    let mut area: Vec<f32> = position
+        .iter()
+        .step_by(step)
+        .map(|&p| {
+            let mut n = 0.0_f32;
+            grid.for_each_within(p, radius_m, |_, _, _| n += 1.0);
+            std::f32::consts::PI * radius_m * radius_m / n.max(1.0)
+        })
+        .collect();
+    area.sort_by(f32::total_cmp);
+    area.get(area.len() / 2).copied().unwrap_or(cell_m * cell_m)
+}
+
+/// The plane the lowest points lie on, if they do: a bed or a floor has nothing but outliers below it.
+fn bed(position: &[Vec3], d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Option<Plane> {
+    let bounds = Bounds::of(position.iter().copied());
+    if bounds.is_empty() {
+        return None;
+    }
+    // Low points: near the lowest of their column one block wide.
+    let cell = 0.75 * d_max_m;
+    let nx = (bounds.size().x / cell) as usize + 1;
+    let ny = (bounds.size().y / cell) as usize + 1;
+    let column = |p: Vec3| {
+        let at = (p - bounds.min) / cell;
+        (at.y as usize).min(ny - 1) * nx + (at.x as usize).min(nx - 1)
+    };
+    let mut lowest = vec![f32::INFINITY; nx * ny];
+    for &p in position {
+        let low = &mut lowest[column(p)];
+        *low = low.min(p.z);
+    }
+    let thickness_m = (3.0 * noise_sd_m).max(0.02 * d_max_m);
+    let low: Vec<Vec3> = position.iter().copied().filter(|&p| p.z < lowest[column(p)] + 2.0 * thickness_m).collect();
+    let (plane, inliers) = find_plane(&low, thickness_m, Some(0.35), seed)?;
+    let below = position.iter().filter(|&&p| plane.distance_m(p) < -2.0 * thickness_m).count();
+    (inliers * 3 > low.len() && below * 50 < position.len()).then_some(plane)
+}

@@ -1,0 +1,316 @@
+//! The stage: hypotheses in, judged blocks out.
+//!
+//! Search every hypothesis with every type; let all poses compete for the points; search what is left; repeat until
+//! nothing is gained; refine and state.
+
+use crate::acceptance::{Acceptance, Candidate, accept};
+use crate::evidence::weigh;
+use crate::finish::{Accepted, refine, rivals, statement};
+use crate::measured::Measured;
+use crate::search::{Proposal, Task, propose};
+use crate::template::{Template, templates};
+use crate::{Method, PoseConfig, PoseError, leftovers, thesis};
+use geom::{Event, Observer, SeedTree};
+use rayon::prelude::*;
+use scene::{Catalog, InstanceId, Judgement, Recognised, Segmentation, Survey};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+const STAGE: &str = "pose";
+
+/// Recognises the blocks of a survey from its segmentation. Blocks come in the order of their height above the
+/// survey's lowest point, numbered from 1; segments without a verdict follow as *not judged*.
+/// Errors: [`PoseError`]; a place where nothing is found is not an error.
+pub fn recognise(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<Recognised>, PoseError> {
+    config.check()?;
+    check_input(survey, segmentation, catalog)?;
+    let templates = templates(catalog, config, seed)?;
+    if survey.cloud.is_empty() {
+        return Ok(Vec::new());
+    }
+    let measured = measure(survey, &templates, config, seed)?;
+    let tasks = tasks(segmentation, &measured, catalog.d_max_m());
+    let mut stage = Stage { templates: &templates, measured: &measured, config, seed, observer };
+
+    let mut candidates = stage.candidates(&tasks, 0)?;
+    if !config.verification {
+        let chosen = stage.best_per_task(&tasks, &candidates);
+        return Ok(stage.state(survey, chosen, &tasks, &candidates));
+    }
+    let mut pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
+    let mut acceptance = accept(&pool, &templates, &measured, &config.evidence);
+    if config.re_search {
+        for round in 1..=config.rounds as u64 {
+            let more = stage.leftover_candidates(&pool, &acceptance, round)?;
+            if more.is_empty() {
+                break;
+            }
+            let before = total(&acceptance);
+            candidates.extend(more.iter().cloned());
+            pool.extend(more.into_iter().map(|c| c.1));
+            acceptance = accept(&pool, &templates, &measured, &config.evidence);
+            if total(&acceptance) <= before + 0.5 * config.evidence.min_score {
+                break;
+            }
+        }
+    }
+    let chosen = acceptance.accepted.clone();
+    Ok(stage.state(survey, chosen, &tasks, &candidates))
+}
+
+/// What an acceptance is worth.
+fn total(acceptance: &Acceptance) -> f32 {
+    acceptance.accepted.iter().map(|a| a.1).sum()
+}
+
+/// A candidate and the task it comes from (`None`: leftovers).
+type Origin = (Option<usize>, Candidate);
+
+struct Stage<'a> {
+    templates: &'a [Template<'a>],
+    measured: &'a Measured,
+    config: &'a PoseConfig,
+    seed: SeedTree,
+    observer: &'a dyn Observer,
+}
+
+impl Stage<'_> {
+    /// Searches every task with every type; proposals with their cases, in the order of the tasks.
+    fn candidates(&mut self, tasks: &[Task], round: u64) -> Result<Vec<Origin>, PoseError> {
+        let total = tasks.len() as u64;
+        self.observer.event(Event::Started { stage: STAGE, total });
+        let done = AtomicU64::new(0);
+        let seed = self.seed.child("search", round);
+        let found: Vec<Vec<Origin>> = tasks
+            .par_iter()
+            .enumerate()
+            .map(|(t, task)| {
+                if self.observer.cancelled() {
+                    return Vec::new();
+                }
+                let found = self.search(task, seed.child("task", t as u64));
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                self.observer.event(Event::Advanced { stage: STAGE, done });
+                found.into_iter().map(|c| ((round == 0).then_some(t), c)).collect()
+            })
+            .collect();
+        if self.observer.cancelled() {
+            return Err(PoseError::Cancelled);
+        }
+        self.observer.event(Event::Finished { stage: STAGE });
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    fn search(&self, task: &Task, seed: SeedTree) -> Vec<Candidate> {
+        let config = self.config;
+        let mut proposals: Vec<Proposal> = Vec::new();
+        for (entry, template) in self.templates.iter().enumerate() {
+            if config.method == Method::SdfSearch {
+                proposals.extend(propose(task, template, entry, self.measured, &config.search, seed));
+            }
+            if config.method == Method::Ppf || config.ppf_hypotheses {
+                proposals.extend(thesis::propose(task, template, entry, self.measured, &config.ppf, seed));
+            }
+        }
+        proposals
+            .into_iter()
+            .map(|p| Candidate {
+                template: p.template,
+                at: p.at,
+                evidence: weigh(&self.templates[p.template], &p.at, self.measured, &config.evidence),
+            })
+            .collect()
+    }
+
+    /// Candidates from the points nobody explains.
+    fn leftover_candidates(
+        &mut self,
+        pool: &[Candidate],
+        acceptance: &Acceptance,
+        round: u64,
+    ) -> Result<Vec<Origin>, PoseError> {
+        let accepted: Vec<&Candidate> = acceptance.accepted.iter().map(|a| &pool[a.0]).collect();
+        let open =
+            leftovers::unexplained(self.measured, &acceptance.taken, &accepted, self.templates, &self.config.evidence);
+        let mut tasks = Vec::new();
+        let mut sizes: Vec<f32> = self.templates.iter().map(|t| t.model.d_max_m).collect();
+        sizes.sort_by(f32::total_cmp);
+        // Sizes within a third of each other share their neighbourhoods.
+        sizes.dedup_by(|a, b| *a < *b * 1.33);
+        for d_max_m in sizes {
+            tasks.extend(leftovers::tasks(self.measured, &open, d_max_m));
+        }
+        self.candidates(&tasks, round)
+    }
+
+    /// Without verification: the type of smallest fitness for each segment (METHOD §4), its best pose.
+    fn best_per_task(&self, tasks: &[Task], candidates: &[Origin]) -> Vec<(usize, f32)> {
+        (0..tasks.len())
+            .filter_map(|t| {
+                let own = candidates.iter().enumerate().filter(|(_, c)| c.0 == Some(t));
+                let fitness = |c: &Candidate| {
+                    thesis::fitness_m(&tasks[t].points, &self.templates[c.template], &c.at, self.measured)
+                };
+                let best = own.min_by(|a, b| fitness(&a.1.1).total_cmp(&fitness(&b.1.1)))?;
+                Some((best.0, best.1.1.evidence.score()))
+            })
+            .collect()
+    }
+
+    /// Refines the chosen candidates and states them, then the segments without a verdict.
+    fn state(
+        &self,
+        survey: &Survey,
+        chosen: Vec<(usize, f32)>,
+        tasks: &[Task],
+        candidates: &[Origin],
+    ) -> Vec<Recognised> {
+        let pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
+        let mut blocks: Vec<Accepted> = chosen
+            .iter()
+            .map(|&(i, gain)| {
+                let winner = &pool[i];
+                let (rival, other_type) = rivals(winner, &pool, self.templates);
+                Accepted {
+                    template: winner.template,
+                    at: winner.at,
+                    gain,
+                    agreement: winner.evidence.agreement,
+                    rival,
+                    other_type,
+                }
+            })
+            .collect();
+        let points = refine(survey, &mut blocks, self.templates, self.measured, self.config);
+        let mut found: Vec<Recognised> = blocks
+            .par_iter()
+            .zip(points)
+            .map(|(block, points)| statement(survey, block, points, self.templates, self.measured))
+            .collect();
+        found.extend(self.not_judged(survey, tasks, candidates, &found));
+        for (n, block) in found.iter_mut().enumerate() {
+            block.block = InstanceId(n as u32 + 1);
+        }
+        found
+    }
+
+    /// Segments most of whose points no block explains.
+    fn not_judged(
+        &self,
+        survey: &Survey,
+        tasks: &[Task],
+        candidates: &[Origin],
+        found: &[Recognised],
+    ) -> Vec<Recognised> {
+        let mut taken = vec![false; survey.cloud.len()];
+        for block in found {
+            for &i in &block.points {
+                taken[i as usize] = true;
+            }
+        }
+        let open = |task: &Task| {
+            let survey_point = |&w: &u32| self.measured.thinned.kept[w as usize];
+            let free: Vec<u32> = task.points.iter().map(survey_point).filter(|&i| !taken[i as usize]).collect();
+            (free.len() * 2 > task.points.len() && !free.is_empty()).then_some(free)
+        };
+        let segments = tasks.iter().enumerate().filter(|(_, t)| t.is_segment);
+        segments
+            .filter_map(|(t, task)| {
+                let points = open(task)?;
+                let own = candidates.iter().filter(|c| c.0 == Some(t)).map(|c| &c.1);
+                let best = own.max_by(|a, b| a.evidence.score().total_cmp(&b.evidence.score()));
+                Some(self.without_verdict(task, best, points))
+            })
+            .collect()
+    }
+
+    fn without_verdict(&self, task: &Task, best: Option<&Candidate>, points: Vec<u32>) -> Recognised {
+        let template = &self.templates[best.map_or(0, |c| c.template)];
+        let at = best.map_or(crate::fit::CentredPose { rotation: geom::Quat::IDENTITY, centre: task.centre }, |c| c.at);
+        Recognised {
+            block: InstanceId(0),
+            model: template.id,
+            site_from_block: template.model.symmetry.canonical(&at.pose(template.model.centre)),
+            judgement: Judgement::NotJudged,
+            confidence: 0.0,
+            fitness_m: thesis::fitness_m(&task.points, template, &at, self.measured),
+            runner_up: None,
+            occlusion: 1.0,
+            points,
+            covariance: [0.0; 36],
+        }
+    }
+}
+
+fn check_input(survey: &Survey, segmentation: &Segmentation, catalog: &Catalog) -> Result<(), PoseError> {
+    let points = survey.cloud.len();
+    if catalog.is_empty() {
+        return Err(PoseError::NoModels);
+    }
+    if segmentation.instance.len() != points {
+        return Err(PoseError::LabelCount { labels: segmentation.instance.len(), points });
+    }
+    if let Some(point) = survey.cloud.position_m.iter().position(|p| !p.is_finite()) {
+        return Err(PoseError::NotFinite { point });
+    }
+    for (hypothesis, h) in segmentation.hypotheses.iter().enumerate() {
+        if let Some(&point) = h.points.iter().find(|&&i| i as usize >= points) {
+            return Err(PoseError::BadPoint { hypothesis, point, points });
+        }
+    }
+    Ok(())
+}
+
+/// The working cloud. Error: [`PoseError::WrongScale`] when points are farther apart than a block is long.
+fn measure(
+    survey: &Survey,
+    templates: &[Template],
+    config: &PoseConfig,
+    seed: SeedTree,
+) -> Result<Measured, PoseError> {
+    let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
+    let model = smallest.expect("templates are made of a catalogue that is not empty").model;
+    let noise_sd_m = config.noise_sd_m.unwrap_or_else(|| survey.sensor.noise_sd_m(model.d_max_m));
+    let cell_m = config.search.working_cell * model.d_max_m;
+    let survey_m = survey.cloud.bounds().size().max_element();
+    let wrong = || PoseError::WrongScale { name: model.name.clone(), d_box_m: model.d_box_m, survey_m };
+    if model.d_box_m > 10.0 * survey_m || model.d_box_m * 1e4 < survey_m {
+        return Err(wrong());
+    }
+    let measured = Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, seed.child("measured", 0));
+    Ok(measured)
+}
+
+/// One task a hypothesis; without hypotheses one a label, its centre guessed.
+fn tasks(segmentation: &Segmentation, measured: &Measured, d_max_m: f32) -> Vec<Task> {
+    if !segmentation.hypotheses.is_empty() {
+        let given = segmentation.hypotheses.iter().enumerate();
+        return given
+            .map(|(n, h)| Task {
+                centre: h.centre,
+                points: measured.working(&h.points),
+                centre_sd_m: 0.25 * d_max_m,
+                is_segment: n < segmentation.instances,
+            })
+            .collect();
+    }
+    let count = segmentation.instance.iter().copied().max().unwrap_or(0) as usize;
+    if count > segmentation.instance.len() {
+        return Vec::new();
+    }
+    crate::finish::members(&segmentation.instance, count)
+        .into_iter()
+        .filter(|m| !m.is_empty())
+        .map(|m| {
+            let points = measured.working(&m);
+            let centre = leftovers::behind(measured, &points, d_max_m);
+            Task { centre, points, centre_sd_m: 0.4 * d_max_m, is_segment: true }
+        })
+        .collect()
+}

@@ -1,0 +1,70 @@
+//! What is prepared once for each block type: its distance field, even samples of its surface, its rotations.
+
+use crate::{PoseConfig, PoseError, rotation_grid::rotation_grid};
+use geom::{DistanceField, Quat, SeedTree, Vec3};
+use scene::{BlockModel, Catalog, ModelId};
+
+/// A block type ready to be searched for.
+pub struct Template<'a> {
+    /// Its id.
+    pub id: ModelId,
+    /// The model itself.
+    pub model: &'a BlockModel,
+    /// Signed distance, block coordinates.
+    pub field: DistanceField,
+    /// Even samples of the outside and their outward normals, block coordinates.
+    pub surface: Vec<(Vec3, Vec3)>,
+    /// Area one sample stands for, m².
+    pub sample_area_m2: f32,
+    /// Starts of the rotation search, one per physical orientation.
+    pub rotations: Vec<Quat>,
+}
+
+/// Prepares all types. Errors: [`PoseError::NoModels`], [`PoseError::Mesh`].
+pub fn templates<'a>(
+    catalog: &'a Catalog,
+    config: &PoseConfig,
+    seed: SeedTree,
+) -> Result<Vec<Template<'a>>, PoseError> {
+    if catalog.is_empty() {
+        return Err(PoseError::NoModels);
+    }
+    catalog.iter().map(|(id, model)| template(id, model, config, seed)).collect()
+}
+
+fn template<'a>(
+    id: ModelId,
+    model: &'a BlockModel,
+    config: &PoseConfig,
+    seed: SeedTree,
+) -> Result<Template<'a>, PoseError> {
+    let named = |source| PoseError::Mesh { name: model.name.clone(), source };
+    model.mesh.check_solid().map_err(named)?;
+    let margin_m = 0.3 * model.d_max_m;
+    let field = DistanceField::new(&model.mesh, config.search.field_cells, margin_m).map_err(named)?;
+    let surface = even_surface(model, config.evidence.surface_samples, seed.child("surface", u64::from(id.0)));
+    let sample_area_m2 = model.mesh.area_m2() / surface.len().max(1) as f32;
+    let rotations = rotation_grid(&model.symmetry, config.search.rotation_spacing_rad, config.search.max_rotations);
+    Ok(Template { id, model, field, surface, sample_area_m2, rotations })
+}
+
+/// Surface samples thinned from a dense draw by farthest-first order, so that no leg is short of them.
+fn even_surface(model: &BlockModel, count: usize, seed: SeedTree) -> Vec<(Vec3, Vec3)> {
+    let dense = model.mesh.sample_surface(count * 6, &mut seed.rng());
+    let mut far = vec![f32::INFINITY; dense.len()];
+    let mut picked = Vec::with_capacity(count);
+    let mut next = 0;
+    while picked.len() < count.min(dense.len()) {
+        let p = dense[next].0;
+        picked.push(dense[next]);
+        let mut best = (0.0, 0);
+        for (i, (q, _)) in dense.iter().enumerate() {
+            far[i] = far[i].min((*q - p).length_squared());
+            if far[i] > best.0 {
+                best = (far[i], i);
+            }
+        }
+        next = best.1;
+    }
+    picked
+}
