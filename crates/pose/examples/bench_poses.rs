@@ -1,0 +1,242 @@
+//! Precision, recall, errors and time of the pose stage on synthetic scenes (docs/bench/poses.md).
+//!
+//! `cargo run --release -p tsumu-pose --example bench_poses -- SHAPES NOISE_M DENSITY SCENES SEGMENTS [KEY=VALUE …]`
+//! where SHAPES is e.g. `tetrapod:2.0` or `cube:1.6+cube:1.7`, SEGMENTS is `true` (true segments and centres),
+//! `degraded` (what a network gives: two centres a block off by 0.15 d_max, a fifth false, a quarter of the points
+//! foreign) or `none` (no segmentation at all), and KEY=VALUE sets a key of the stage's configuration.
+
+use geom::{SeedTree, Silent, Vec3};
+use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
+use pose::PoseConfig;
+use rand::RngExt;
+use rand::seq::SliceRandom;
+use scene::{BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Segmentation, Shape};
+use std::time::Instant;
+use synth::{Recipe, SynthScene};
+
+fn main() {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let [shapes, noise, density, scenes, segments, settings @ ..] = args.as_slice() else {
+        eprintln!("usage: bench_poses SHAPES NOISE_M DENSITY SCENES true|degraded|none [KEY=VALUE …]");
+        std::process::exit(2);
+    };
+    let catalog = catalog(shapes);
+    let config = config(settings);
+    let mbes = noise.parse::<f32>().expect("NOISE_M is a number") > 0.02;
+    let kind = if mbes { "mbes" } else { "uav" };
+    let recipe = Recipe::parse(&format!(
+        "name = \"bench\"\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\nnoise_sd_m = {noise}\nmeasured_as = \"{kind}\""
+    ))
+    .expect("the recipe above is well formed");
+    let scenes: u64 = scenes.parse().expect("SCENES is a number");
+    let mut pooled = PoseScore::default();
+    let (mut seconds, mut points, mut blocks, mut hypotheses) = (0.0, 0, 0, 0);
+    let (mut open, mut signs) = (0, Vec::new());
+    for n in 0..scenes {
+        let seed = SeedTree::new(20_261).child("held-out", n);
+        let made = match synth::scene(&recipe, &catalog, seed) {
+            Ok(made) => made,
+            Err(e) => {
+                eprintln!("scene {n}: {e}");
+                continue;
+            }
+        };
+        let segmentation = match segments.as_str() {
+            "true" => true_segments(&made, &catalog),
+            "degraded" => degraded(&made, &catalog, seed.child("degrade", 0)),
+            _ => Segmentation {
+                instance: vec![0; made.instance.len()],
+                confidence: vec![0.0; made.instance.len()],
+                ..Default::default()
+            },
+        };
+        let start = Instant::now();
+        let found = pose::recognise(&made.survey, &segmentation, &catalog, &config, SeedTree::new(1), &Silent)
+            .expect("a synthetic scene is sound input");
+        let took = start.elapsed().as_secs_f64();
+        let truths: Vec<TrueBlock> = made
+            .scene
+            .blocks
+            .iter()
+            .zip(&made.occlusion)
+            .map(|(&placed, &occlusion)| TrueBlock { placed, occlusion })
+            .collect();
+        let score = score_poses(&found, &truths, &catalog, &PoseCriteria::default());
+        println!(
+            "scene {n}: {} points, {} blocks, {} hypotheses: {:?} ignored {} in {took:.2} s",
+            made.instance.len(),
+            truths.len(),
+            segmentation.hypotheses.len(),
+            score.counts,
+            score.ignored
+        );
+        if std::env::var_os("VERBOSE").is_some() {
+            explain(&found, &truths, &catalog);
+        }
+        seconds += took;
+        points += made.instance.len();
+        blocks += truths.len();
+        hypotheses += segmentation.hypotheses.len();
+        open += found.iter().filter(|r| r.judgement == scene::Judgement::NotJudged).count();
+        signs.extend(score.confidence.iter().copied());
+        pooled = pooled.plus(&score);
+    }
+    let percent = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.1} %", 100.0 * v));
+    println!(
+        "P {}  R {}  E_d {:.1} mm  E_R {:.2}°  type {}  ignored {}  not judged {open}",
+        percent(pooled.counts.precision()),
+        percent(pooled.counts.recall()),
+        1e3 * pooled.mean_displacement_m().unwrap_or(f64::NAN),
+        pooled.mean_rotation_rad().unwrap_or(f64::NAN).to_degrees(),
+        percent(pooled.type_accuracy()),
+        pooled.ignored,
+    );
+    println!(
+        "{points} points, {blocks} blocks, {:.2} s a scene, {:.1} ms a hypothesis",
+        seconds / scenes as f64,
+        1e3 * seconds / hypotheses.max(1) as f64
+    );
+    for low in [0.0, 0.5, 0.7, 0.8, 0.9, 0.95] {
+        let high = [0.5, 0.7, 0.8, 0.9, 0.95, 1.01].into_iter().find(|h| *h > low).unwrap_or(1.01);
+        let bin: Vec<bool> = signs.iter().filter(|(c, _)| (low..high).contains(c)).map(|c| c.1).collect();
+        let right = bin.iter().filter(|r| **r).count();
+        println!("confidence {low:.2}–{high:.2}: {right} of {} right", bin.len());
+    }
+}
+
+fn catalog(shapes: &str) -> Catalog {
+    let block = shapes
+        .split('+')
+        .enumerate()
+        .map(|(i, s)| {
+            let (kind, size) = s.split_once(':').expect("a shape is KIND:SIZE");
+            let size: f32 = size.parse().expect("a size is a number");
+            let shape = match kind {
+                "tetrapod" => Shape::Tetrapod { size },
+                "cube" => Shape::Cube { size },
+                "antifer" => Shape::Antifer { size },
+                _ => Shape::Dolos { size },
+            };
+            BlockSpec { name: format!("{kind}{i}"), shape: Some(shape), mesh: None, unit: None, density_kg_m3: 2300.0 }
+        })
+        .collect();
+    blocks::catalog(&CatalogSpec { block }, &|_| Err("no mesh files here".into())).expect("built-in shapes")
+}
+
+/// Settings by dotted key, through the same names a configuration file uses.
+fn config(settings: &[String]) -> PoseConfig {
+    let mut value = serde_json::to_value(PoseConfig::default()).expect("the configuration is plain data");
+    for setting in settings {
+        let (key, text) = setting.split_once('=').expect("a setting is KEY=VALUE");
+        let mut at = &mut value;
+        for part in key.split('.') {
+            at = at.get_mut(part).unwrap_or_else(|| panic!("no key {key}"));
+        }
+        *at = serde_json::from_str(text).unwrap_or_else(|_| serde_json::Value::String(text.into()));
+    }
+    serde_json::from_value(value).expect("the setting has the key's type")
+}
+
+fn centre(made: &SynthScene, catalog: &Catalog, b: usize) -> Vec3 {
+    let block = &made.scene.blocks[b];
+    block.site_from_block * catalog.get(block.model).centre
+}
+
+fn true_segments(made: &SynthScene, catalog: &Catalog) -> Segmentation {
+    let mut hypotheses = Vec::new();
+    let mut label = vec![0; made.scene.blocks.len() + 1];
+    for b in 0..made.scene.blocks.len() {
+        let id = made.scene.blocks[b].block.0;
+        let points: Vec<u32> = (0..made.instance.len() as u32).filter(|&i| made.instance[i as usize] == id).collect();
+        if !points.is_empty() {
+            hypotheses.push(CentreHypothesis { centre: centre(made, catalog, b), score: 1.0, points });
+            label[id as usize] = hypotheses.len() as u32;
+        }
+    }
+    Segmentation {
+        instance: made.instance.iter().map(|&i| label[i as usize]).collect(),
+        confidence: vec![1.0; made.instance.len()],
+        instances: hypotheses.len(),
+        hypotheses,
+    }
+}
+
+fn degraded(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentation {
+    let mut rng = seed.rng();
+    let truth = true_segments(made, catalog);
+    let position = &made.survey.cloud.position_m;
+    let d = catalog.d_max_m();
+    let normal = |rng: &mut rand_chacha::ChaCha8Rng| {
+        let mut v = || (0..12).map(|_| rng.random::<f32>()).sum::<f32>() - 6.0;
+        Vec3::new(v(), v(), v())
+    };
+    let mut all = Vec::new();
+    for h in &truth.hypotheses {
+        for _ in 0..2 {
+            let off = h.centre + normal(&mut rng) * (0.15 * d / 3.0_f32.sqrt());
+            let mut points = h.points.clone();
+            points.shuffle(&mut rng);
+            points.truncate((h.points.len() * 3).div_ceil(4));
+            // A third as many foreign points from around the centre: a quarter of the whole.
+            let mut foreign: Vec<u32> = (0..position.len() as u32)
+                .filter(|&i| (position[i as usize] - h.centre).length() < 1.2 * d)
+                .filter(|i| h.points.binary_search(i).is_err())
+                .collect();
+            foreign.shuffle(&mut rng);
+            foreign.truncate(points.len() / 3);
+            points.extend(foreign);
+            points.sort_unstable();
+            all.push(CentreHypothesis { centre: off, score: 0.8, points });
+        }
+    }
+    let false_ones = all.len() / 4;
+    for _ in 0..false_ones {
+        let at = position[rng.random_range(0..position.len())] + normal(&mut rng) * (0.4 * d) - Vec3::Z * (0.3 * d);
+        let points: Vec<u32> =
+            (0..position.len() as u32).filter(|&i| (position[i as usize] - at).length() < 0.8 * d).collect();
+        all.push(CentreHypothesis { centre: at, score: 0.3, points });
+    }
+    all.shuffle(&mut rng);
+    Segmentation {
+        instance: vec![0; position.len()],
+        confidence: vec![0.0; position.len()],
+        instances: 0,
+        hypotheses: all,
+    }
+}
+
+/// Every mistake with what is near it.
+fn explain(found: &[scene::Recognised], truths: &[TrueBlock], catalog: &Catalog) {
+    let error = |r: &scene::Recognised, t: &TrueBlock| {
+        metrics::pose_error(
+            catalog.get(r.model),
+            &r.site_from_block,
+            catalog.get(t.placed.model),
+            &t.placed.site_from_block,
+        )
+    };
+    let right = |r: &scene::Recognised, t: &TrueBlock| {
+        let e = error(r, t);
+        e.displacement_m <= 0.1 * catalog.get(t.placed.model).d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
+    };
+    for r in found.iter().filter(|r| !truths.iter().any(|t| right(r, t))) {
+        let near = truths
+            .iter()
+            .min_by(|a, b| error(r, a).displacement_m.total_cmp(&error(r, b).displacement_m))
+            .expect("scenes have blocks");
+        let e = error(r, near);
+        println!(
+            "  false {:?} conf {:.2} occl {:.2} fit {:.3}: nearest truth off {:.2} m {:.0}° occl {:.2}",
+            r.judgement,
+            r.confidence,
+            r.occlusion,
+            r.fitness_m,
+            e.displacement_m,
+            e.rotation_rad.to_degrees(),
+            near.occlusion
+        );
+    }
+    for t in truths.iter().filter(|t| t.occlusion < 0.8 && !found.iter().any(|r| right(r, t))) {
+        println!("  missed: block {} occl {:.2}", t.placed.block.0, t.occlusion);
+    }
+}
