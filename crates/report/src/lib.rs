@@ -1,1 +1,25 @@
-//! One HTML file a person opens by double click.
+//! One HTML file a person opens by double click: 3D view, plan view, sections, tables, numbers with units.
+//!
+//! In: [`ReportInput`], plain values that other crates computed. Out: a page that needs no network, no server
+//! and no other file. Nothing here computes a figure; what is drawn is scaled and coloured, never judged.
+
+pub mod colour;
+pub mod input;
+pub mod still;
+pub mod text;
+
+mod blob;
+mod chart;
+mod error;
+mod histogram;
+mod page;
+mod plan_view;
+mod section;
+mod table;
+mod view_data;
+
+pub use error::ReportError;
+pub use input::{Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind};
+pub use page::html;
+pub use still::{Camera, Image, Lens, StillMesh, StillPoints, still};
+pub use text::Text;

@@ -1,0 +1,168 @@
+//! What a report shows. Everything is computed elsewhere.
+
+use crate::Text;
+use geom::{HeightMap, Vec2, Vec3, Warning};
+use scene::{Catalog, Plan, Recognised, Survey};
+
+/// The content of one report. Start from [`ReportInput::new`] and fill in what there is.
+#[derive(Clone, Debug)]
+pub struct ReportInput<'a> {
+    /// Heading: the site's name.
+    pub title: String,
+    /// Name and version of the program.
+    pub program: String,
+    /// Points and frame.
+    pub survey: &'a Survey,
+    /// Block types.
+    pub catalog: &'a Catalog,
+    /// Blocks found.
+    pub recognised: &'a [Recognised],
+    /// Blocks to add, if planned.
+    pub plan: Option<&'a Plan>,
+    /// Distance of each survey point below (+) or above (−) the design, metres; NaN where nothing is designed; or empty.
+    pub point_distance_m: &'a [f32],
+    /// How many blocks the works need.
+    pub count: Option<Count>,
+    /// Key figures, most important first.
+    pub figures: Vec<Figure>,
+    /// Lines on the plan view and in 3D: design outline, boundary, alignment.
+    pub outlines: Vec<Outline>,
+    /// Heat maps: deficit before and after, distance.
+    pub maps: Vec<MapLayer<'a>>,
+    /// Cross-sections.
+    pub sections: Vec<Section>,
+    /// Distributions: fit error, confidence, distance to the design.
+    pub histograms: Vec<Histogram>,
+    /// What was assumed.
+    pub assumptions: Vec<Text>,
+    /// What went wrong without stopping the run.
+    pub warnings: Vec<Warning>,
+    /// Names and values that identify the run: seed, hash of the manifest, model card.
+    pub provenance: Vec<(Text, String)>,
+    /// Most points the 3D view holds; more are thinned evenly, and the page says so.
+    pub max_points: usize,
+}
+
+impl<'a> ReportInput<'a> {
+    /// A report of a survey alone.
+    pub fn new(title: impl Into<String>, survey: &'a Survey, catalog: &'a Catalog) -> Self {
+        Self {
+            title: title.into(),
+            program: String::new(),
+            survey,
+            catalog,
+            recognised: &[],
+            plan: None,
+            point_distance_m: &[],
+            count: None,
+            figures: Vec::new(),
+            outlines: Vec::new(),
+            maps: Vec::new(),
+            sections: Vec::new(),
+            histograms: Vec::new(),
+            assumptions: Vec::new(),
+            warnings: Vec::new(),
+            provenance: Vec::new(),
+            max_points: 1_000_000,
+        }
+    }
+}
+
+/// The number of blocks to order, with its uncertainty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Count {
+    /// The plan's number.
+    pub blocks: u32,
+    /// Tenth and ninetieth percentile over repeated plans, when computed.
+    pub p10_p90: Option<(u32, u32)>,
+    /// How the range was obtained, or why there is none.
+    pub basis: Text,
+}
+
+/// A number with its unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// What it is.
+    pub label: Text,
+    /// The value as it is to be printed.
+    pub value: String,
+    /// Unit, or empty.
+    pub unit: String,
+    /// Where it comes from, or empty.
+    pub note: Text,
+}
+
+impl Figure {
+    /// A figure without a note.
+    pub fn new(label: Text, value: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { label, value: value.into(), unit: unit.into(), note: Text::default() }
+    }
+}
+
+/// A line in space, local frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outline {
+    /// What it is.
+    pub label: Text,
+    /// Its corners.
+    pub points: Vec<Vec3>,
+    /// Whether the last joins the first.
+    pub closed: bool,
+}
+
+/// A raster to show on the plan view.
+#[derive(Clone, Debug)]
+pub struct MapLayer<'a> {
+    /// What it shows.
+    pub label: Text,
+    /// Unit of the values.
+    pub unit: String,
+    /// Values; NaN is left blank.
+    pub values: &'a HeightMap,
+}
+
+/// A vertical cut through the site.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Its name, e.g. the chainage `No.3+12.0`.
+    pub label: Text,
+    /// Where it runs in plan, local frame.
+    pub from: Vec2,
+    /// Its other end.
+    pub to: Vec2,
+    /// What is cut.
+    pub lines: Vec<SectionLine>,
+}
+
+/// One line of a section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SectionLine {
+    /// What it is.
+    pub kind: SectionLineKind,
+    /// (offset along the section, level in the site's datum), metres; NaN breaks the line.
+    pub points: Vec<[f32; 2]>,
+}
+
+/// The lines a section knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SectionLineKind {
+    /// The design surface.
+    Design,
+    /// The surface as surveyed.
+    AsIs,
+    /// The surface after the plan.
+    Planned,
+    /// What the blocks lie on.
+    Ground,
+}
+
+/// Values to show as a histogram.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Histogram {
+    /// What they are.
+    pub label: Text,
+    /// Their unit.
+    pub unit: String,
+    /// The values; those that are not numbers are left out and counted beside the bars.
+    pub values: Vec<f32>,
+}

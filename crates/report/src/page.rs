@@ -1,0 +1,132 @@
+//! Puts the page together: template, style, viewer and data in one file.
+
+use crate::text::{escape, t};
+use crate::view_data::{check, view_data};
+use crate::{ReportError, ReportInput, Text, histogram, plan_view, section, table};
+use std::fmt::Write;
+
+const TEMPLATE: &str = include_str!("page/page.html");
+const STYLE: &str = include_str!("page/style.css");
+/// In the order they build on each other.
+const SCRIPTS: [&str; 5] = [
+    include_str!("page/data.js"),
+    include_str!("page/camera.js"),
+    include_str!("page/draw.js"),
+    include_str!("page/viewer.js"),
+    include_str!("page/page.js"),
+];
+
+/// The report as one HTML file. Errors: values that do not belong together ([`ReportError`]).
+pub fn html(input: &ReportInput) -> Result<String, ReportError> {
+    check(input)?;
+    let (json, blob) = view_data(input)?;
+    let parts: [(&str, String); 17] = [
+        ("title", escape(&input.title)),
+        ("program", escape(&input.program)),
+        ("place", place(input)),
+        ("figures", figures(input)),
+        ("warnings", warnings(input)),
+        ("map", plan_view::plan_view(input)?),
+        ("sections", section::sections(&input.sections)),
+        ("histograms", histogram::histograms(&input.histograms)),
+        ("types", table::types(input)),
+        ("placements", table::placements(input)),
+        ("found", table::found(input)),
+        ("assumptions", assumptions(input)),
+        ("provenance", provenance(input)),
+        ("style", STYLE.into()),
+        ("json", json),
+        ("blob", blob),
+        ("scripts", SCRIPTS.concat()),
+    ];
+    Ok(fill(TEMPLATE, &parts))
+}
+
+/// Replaces each `{{name}}` once, left to right, so that nothing a user wrote is taken for a name.
+fn fill(template: &str, parts: &[(&str, String)]) -> String {
+    let mut page = String::with_capacity(template.len() + parts.iter().map(|p| p.1.len()).sum::<usize>());
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        let (name, after) = after.split_once("}}").expect("the template closes what it opens");
+        page += before;
+        page += &parts.iter().find(|p| p.0 == name).expect("the template names known parts").1;
+        rest = after;
+    }
+    page + rest
+}
+
+fn place(input: &ReportInput) -> String {
+    let frame = &input.survey.frame;
+    let mut words = Vec::new();
+    let points = input.survey.cloud.len();
+    words.push(Text::new(format!("{points} survey points"), format!("測量点 {points} 点")).html());
+    if !frame.crs.is_empty() {
+        words.push(format!("{} {}", t("Horizontal:", "平面座標系:"), escape(&frame.crs)));
+    }
+    if !frame.vertical_datum.is_empty() {
+        words.push(format!("{} {}", t("Levels:", "標高基準:"), escape(&frame.vertical_datum)));
+    }
+    words.join(" · ")
+}
+
+fn figures(input: &ReportInput) -> String {
+    let mut html = String::new();
+    if let Some(count) = &input.count {
+        let range = match count.p10_p90 {
+            Some((low, high)) => format!("<small>P10–P90 {low}–{high}</small>"),
+            None => String::new(),
+        };
+        let _ = write!(
+            html,
+            "<div class=\"figure lead\"><dt>{}</dt><dd>{} {range}</dd><p>{}</p></div>",
+            t("Blocks to place", "必要ブロック数"),
+            count.blocks,
+            count.basis.html()
+        );
+    }
+    for f in &input.figures {
+        let note = if f.note.en.is_empty() { String::new() } else { format!("<p>{}</p>", f.note.html()) };
+        let _ = write!(
+            html,
+            "<div class=\"figure\"><dt>{}</dt><dd>{} <small>{}</small></dd>{note}</div>",
+            f.label.html(),
+            escape(&f.value),
+            escape(&f.unit)
+        );
+    }
+    if html.is_empty() { html } else { format!("<dl class=\"figures\">{html}</dl>") }
+}
+
+fn warnings(input: &ReportInput) -> String {
+    if input.warnings.is_empty() {
+        return String::new();
+    }
+    let items: String =
+        input.warnings.iter().map(|w| format!("<li><b>{}</b> {}</li>", escape(w.stage), escape(&w.message))).collect();
+    format!("<aside id=\"warnings\"><h2>{}</h2><ul>{items}</ul></aside>", t("Warnings", "警告"))
+}
+
+fn assumptions(input: &ReportInput) -> String {
+    if input.assumptions.is_empty() {
+        return String::new();
+    }
+    let items: String = input.assumptions.iter().map(|a| format!("<li>{}</li>", a.html())).collect();
+    format!("<section id=\"assumptions\"><h2>{}</h2><ul>{items}</ul></section>", t("Assumptions", "前提条件"))
+}
+
+fn provenance(input: &ReportInput) -> String {
+    if input.provenance.is_empty() {
+        return String::new();
+    }
+    let rows: String = input
+        .provenance
+        .iter()
+        .map(|(label, value)| {
+            format!("<tr><th scope=\"row\">{}</th><td><code>{}</code></td></tr>", label.html(), escape(value))
+        })
+        .collect();
+    format!(
+        "<section id=\"provenance\"><h2>{}</h2><table class=\"plain\">{rows}</table></section>",
+        t("Where this comes from", "来歴")
+    )
+}
