@@ -56,8 +56,8 @@ fn one(h: &Histogram) -> Option<String> {
     let _ = write!(svg, "<path class=\"median\" d=\"M{x:.1} {:.1}V{:.1}\"/>", chart.top, chart.py(0.0));
     let missing = h.values.len() - values.len();
     let (mut en, mut ja) = (
-        format!("n = {}, median {median:.3}{unit}", values.len()),
-        format!("n = {}、中央値 {median:.3}{unit}", values.len()),
+        format!("n = {}, median {median:.3} {}", values.len(), h.unit),
+        format!("n = {}、中央値 {median:.3} {}", values.len(), h.unit),
     );
     if missing > 0 {
         en += &format!(", {missing} without a value");

@@ -13,17 +13,21 @@ const rotate = (q, v) => {
 
 class Camera {
   constructor(low, high) {
-    this.home = { target: low.map((v, i) => (v + high[i]) / 2), radius: Math.max(length(sub(high, low)) / 2, 1e-3) };
-    this.reset();
+    this.home = { target: low.map((v, i) => (v + high[i]) / 2), half: low.map((v, i) => (high[i] - v) / 2), radius: Math.max(length(sub(high, low)) / 2, 1e-3) };
+    this.reset(1.8);
   }
-  reset() {
-    this.target = this.home.target.slice();
-    this.distance = this.home.radius * 2.25;
-    this.azimuth = -2.2;
-    this.elevation = 0.62;
-  }
-  fromAbove() {
-    Object.assign(this, { target: this.home.target.slice(), azimuth: -Math.PI / 2, elevation: Math.PI / 2, distance: this.home.radius * 2.3 });
+  // Both take the picture's width over height.
+  reset(aspect) { this.lookFrom(-2.2, 0.62, aspect); }
+  fromAbove(aspect) { this.lookFrom(-Math.PI / 2, Math.PI / 2, aspect); }
+  // From this side, as near as the whole box fits.
+  lookFrom(azimuth, elevation, aspect) {
+    Object.assign(this, { target: this.home.target.slice(), azimuth, elevation });
+    const { back, right, up } = this.axes(), tall = Math.tan(0.4), wide = tall * aspect;
+    const needed = [...Array(8).keys()].map(i => {
+      const corner = this.home.half.map((h, k) => i >> k & 1 ? h : -h);
+      return dot(corner, back) + Math.max(Math.abs(dot(corner, right)) / wide, Math.abs(dot(corner, up)) / tall);
+    });
+    this.distance = Math.max(...needed) * 1.06;
   }
   axes() {
     const [ce, se] = [Math.cos(this.elevation), Math.sin(this.elevation)], [ca, sa] = [Math.cos(this.azimuth), Math.sin(this.azimuth)];
@@ -42,10 +46,12 @@ class Camera {
   zoom(factor) {
     this.distance = Math.min(this.home.radius * 20, Math.max(this.home.radius * 0.01, this.distance * factor));
   }
+  // Nearest and farthest distance drawn.
+  range() { return [this.distance * 0.02, this.distance + this.home.radius * 4]; }
   // View-projection matrix for a picture of the given width over height.
   matrix(aspect) {
     const { back, right, up } = this.axes(), eye = this.eye(), f = 1 / Math.tan(0.4);
-    const near = this.distance * 0.02, far = this.distance + this.home.radius * 4;
+    const [near, far] = this.range();
     const a = (far + near) / (near - far), b = 2 * far * near / (near - far);
     const rows = [right.map(v => v * f / aspect), up.map(v => v * f), back.map(v => v * a), back.map(v => -v)];
     const offsets = [-dot(rows[0], eye), -dot(rows[1], eye), -dot(rows[2], eye) + b, -dot(rows[3], eye)];

@@ -74,11 +74,12 @@ const shares = list => list.flat().map(v => v / 255);
 
 class Painter {
   constructor(canvas, data) {
-    const gl = this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true, premultipliedAlpha: false });
+    const gl = this.gl = canvas.getContext("webgl2", { antialias: false, alpha: true, premultipliedAlpha: true });
     if (!gl) throw new Error("WebGL 2 is not available");
     this.data = data;
     this.programs = {};
-    for (const kind of ["point", "block", "line"]) this.programs[kind] = this.program(SHADERS[kind + "Vertex"], SHADERS[kind + "Fragment"]);
+    for (const kind of ["point", "block", "line"]) this.programs[kind] = this.program(SHADERS.common + SHADERS[kind + "Vertex"], SHADERS.common + SHADERS[kind + "Fragment"]);
+    this.shade = new Shade(gl, this.program(SHADE.vertex, SHADE.fragment));
     this.points = this.pointArray();
     this.blocks = data.models.map(m => this.blockArray(m));
     this.lines = data.outlines.map(l => this.lineArray(l));
@@ -88,7 +89,7 @@ class Painter {
     const gl = this.gl, program = gl.createProgram();
     for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
       const shader = gl.createShader(type);
-      gl.shaderSource(shader, SHADERS.common + text.replace("PACK", PACK));
+      gl.shaderSource(shader, text.replace("PACK", PACK));
       gl.compileShader(shader);
       if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
       gl.attachShader(program, shader);
@@ -151,7 +152,7 @@ class Painter {
   }
   draw(state, picking = false) {
     const gl = this.gl, w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, matrix = state.camera.matrix(w / h);
-    if (picking) this.bindPicture(w, h); else gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    if (picking) this.bindPicture(w, h); else this.shade.begin(w, h);
     gl.viewport(0, 0, w, h);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -193,6 +194,7 @@ class Painter {
         gl.drawArrays(line.closed ? gl.LINE_LOOP : gl.LINE_STRIP, 0, line.count);
       }
     }
+    if (!picking) this.shade.end(...state.camera.range(), 190);
     return matrix;
   }
   bindPicture(w, h) {
@@ -235,7 +237,7 @@ class Painter {
     if (!found) return null;
     const w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, camera = state.camera;
     const { back, right, up } = camera.axes(), f = 1 / Math.tan(0.4);
-    const near = camera.distance * 0.02, far = camera.distance + camera.home.radius * 4;
+    const [near, far] = camera.range();
     const away = 2 * far * near / (far + near - (2 * found.depth - 1) * (far - near));
     const sx = (2 * (x + 0.5) / w - 1) * (w / h) / f * away, sy = (1 - 2 * (y + 0.5) / h) / f * away;
     found.place = add(add(add(camera.eye(), back, -away), right, sx), up, sy);

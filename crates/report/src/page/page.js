@@ -42,8 +42,8 @@ function connect(viewer) {
   };
   tool("cut-axis", "change", cut);
   tool("cut", "input", cut);
-  tool("reset", "click", () => { state.camera.reset(); redraw(); });
-  tool("from-above", "click", () => { state.camera.fromAbove(); redraw(); });
+  tool("reset", "click", () => { state.camera.reset(viewer.aspect()); redraw(); });
+  tool("from-above", "click", () => { state.camera.fromAbove(viewer.aspect()); redraw(); });
   if (!data.points.distance) document.querySelector("#point-colour option[value='2']").remove();
   if (!data.rounds) document.querySelector("#block-colour option[value='round']").remove();
 

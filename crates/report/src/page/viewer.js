@@ -21,6 +21,7 @@ class Viewer {
     this.high = high;
     this.onPick = () => {};
     this.onDrawn = () => {};
+    this.state.camera.reset(this.aspect());
     this.listen();
     this.update();
     new ResizeObserver(() => this.redraw()).observe(canvas);
@@ -63,6 +64,7 @@ class Viewer {
     this.painter.setBlocks(list);
     this.redraw();
   }
+  aspect() { return this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight); }
   redraw() {
     if (this.waiting) return;
     this.waiting = true;
@@ -128,7 +130,7 @@ class Viewer {
       const step = 0.12, keys = {
         ArrowLeft: () => e.shiftKey ? camera.move(step, 0) : camera.turn(-step, 0), ArrowRight: () => e.shiftKey ? camera.move(-step, 0) : camera.turn(step, 0),
         ArrowUp: () => e.shiftKey ? camera.move(0, step) : camera.turn(0, step), ArrowDown: () => e.shiftKey ? camera.move(0, -step) : camera.turn(0, -step),
-        "+": () => camera.zoom(0.85), "=": () => camera.zoom(0.85), "-": () => camera.zoom(1 / 0.85), t: () => camera.fromAbove(), r: () => camera.reset(),
+        "+": () => camera.zoom(0.85), "=": () => camera.zoom(0.85), "-": () => camera.zoom(1 / 0.85), t: () => camera.fromAbove(this.aspect()), r: () => camera.reset(this.aspect()),
       };
       if (!keys[e.key]) return;
       e.preventDefault();
