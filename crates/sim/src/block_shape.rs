@@ -1,8 +1,10 @@
 //! A block as the engine collides it: one hull a convex part, mass and inertia of the true solid.
+//!
+//! Hulls are kept in the block's own length unit and scaled to that of the world, if it differs.
 
 use crate::SimError;
+use crate::config::unit_for;
 use geom::{Mat3, Vec3};
-use rapier3d::math::Matrix;
 use rapier3d::prelude::{MassProperties, SharedShape};
 use scene::BlockModel;
 use std::sync::Arc;
@@ -10,8 +12,12 @@ use std::sync::Arc;
 /// A block model prepared for the engine. Cloning is cheap; one serves any number of worlds and threads.
 #[derive(Clone)]
 pub struct BlockShape {
-    pub(crate) hulls: Arc<[SharedShape]>,
-    pub(crate) mass: MassProperties,
+    hulls: Arc<[SharedShape]>,
+    /// Metres in one unit of the hulls.
+    unit_m: f32,
+    mass_kg: f32,
+    centre: Vec3,
+    inertia_kg_m2: Mat3,
     reach_m: f32,
 }
 
@@ -28,22 +34,24 @@ impl BlockShape {
         if !(mass_kg > 0.0 && mass_kg.is_finite()) {
             return Err(SimError::NoMass { name: name(), mass_kg });
         }
+        let unit_m = unit_for(model.d_box_m);
         let hulls = model
             .parts
             .iter()
             .enumerate()
             .map(|(part, p)| {
-                SharedShape::convex_hull(&p.corners).ok_or_else(|| SimError::FlatPart { name: name(), part })
+                let corners: Vec<Vec3> = p.corners.iter().map(|&c| c / unit_m).collect();
+                SharedShape::convex_hull(&corners).ok_or_else(|| SimError::FlatPart { name: name(), part })
             })
             .collect::<Result<Vec<_>, _>>()?;
         let moments = model.mesh.moments();
         let covariance = moments.covariance_m5 * model.density_kg_m3;
         // Inertia tensor from the covariance integral: I = tr(C)·1 − C.
         let trace = covariance.x_axis.x + covariance.y_axis.y + covariance.z_axis.z;
-        let inertia: Matrix = Mat3::from_diagonal(Vec3::splat(trace)) - covariance;
+        let inertia_kg_m2 = Mat3::from_diagonal(Vec3::splat(trace)) - covariance;
         let centre = moments.centroid;
         let reach_m = model.mesh.vertices.iter().map(|v| (*v - centre).length()).fold(0.0, f32::max);
-        Ok(Self { hulls: hulls.into(), mass: MassProperties::with_inertia_matrix(centre, mass_kg, inertia), reach_m })
+        Ok(Self { hulls: hulls.into(), unit_m, mass_kg, centre, inertia_kg_m2, reach_m })
     }
 
     /// Number of convex hulls.
@@ -54,5 +62,29 @@ impl BlockShape {
     /// Largest distance from the centre of mass to the surface, metres.
     pub fn reach_m(&self) -> f32 {
         self.reach_m
+    }
+
+    /// Centre of mass, block coordinates, metres.
+    pub fn centre(&self) -> Vec3 {
+        self.centre
+    }
+
+    /// The hulls in a world where `unit_m` is 1.
+    pub(crate) fn hulls_in(&self, unit_m: f32) -> Arc<[SharedShape]> {
+        let factor = self.unit_m / unit_m;
+        if factor == 1.0 {
+            return self.hulls.clone();
+        }
+        let scale = |hull: &SharedShape| {
+            let polyhedron = hull.as_convex_polyhedron().cloned().and_then(|p| p.scaled(Vec3::splat(factor)));
+            SharedShape::new(polyhedron.expect("a hull stays a hull when scaled evenly"))
+        };
+        self.hulls.iter().map(scale).collect()
+    }
+
+    /// Mass, centre of mass and inertia in a world where `unit_m` is 1.
+    pub(crate) fn mass_in(&self, unit_m: f32) -> MassProperties {
+        let inertia = self.inertia_kg_m2 * (1.0 / (unit_m * unit_m));
+        MassProperties::with_inertia_matrix(self.centre / unit_m, self.mass_kg, inertia)
     }
 }

@@ -30,7 +30,7 @@ pub struct PhysicsConfig {
     pub friction_rule: FrictionRule,
     /// Restitution of every surface, in [0, 1].
     pub restitution: f32,
-    /// Time step for blocks of [`PhysicsConfig::length_unit_m`] = 1; smaller blocks get a shorter one (× √unit).
+    /// Time step for blocks of about 2 m; smaller blocks get a shorter one (× √unit).
     pub step_s: f32,
     /// Time after which [`crate::World::settle`] gives up.
     pub max_time_s: f32,
@@ -38,8 +38,9 @@ pub struct PhysicsConfig {
     pub rest_speed_m_s: f32,
     /// … and everything rests once nothing has moved for this long (× √unit).
     pub rest_time_s: f32,
-    /// Half the size of a typical block: scales the engine's tolerances, so that a 5 cm part settles as a 2 m block does.
-    /// Follows from the catalogue ([`PhysicsConfig::for_block_size`]), so files do not hold it.
+    /// Length that the engine takes for 1, about half a block: a 5 cm part then settles as a 2 m block does, while in
+    /// metres the engine's fixed tolerances let it sink in. Follows from the catalogue
+    /// ([`PhysicsConfig::for_block_size`]), so files do not hold it.
     #[serde(skip)]
     pub length_unit_m: f32,
     /// Contact solver iterations a step.
@@ -69,7 +70,7 @@ impl Default for PhysicsConfig {
 impl PhysicsConfig {
     /// The same settings for blocks whose largest box edge is `d_box_m`.
     pub fn for_block_size(self, d_box_m: f32) -> Self {
-        Self { length_unit_m: d_box_m / 2.0, ..self }
+        Self { length_unit_m: unit_for(d_box_m), ..self }
     }
 
     /// Checks every range.
@@ -95,10 +96,15 @@ impl PhysicsConfig {
         range("stabilization_iterations", self.stabilization_iterations as f32, 1.0, 16.0, "1 to 16")
     }
 
-    /// How much slower (above 1) or faster things fall than in the unit-sized world: √unit.
-    pub(crate) fn time_scale(&self) -> f32 {
+    /// Seconds in one second of the engine: √unit, so that g keeps its number.
+    pub(crate) fn time_unit_s(&self) -> f32 {
         self.length_unit_m.sqrt()
     }
+}
+
+/// The power of two nearest to half the size: scaling by it loses no bit.
+pub(crate) fn unit_for(d_box_m: f32) -> f32 {
+    (d_box_m / 2.0).log2().round().exp2()
 }
 
 #[cfg(test)]

@@ -19,23 +19,25 @@ pub struct Contact {
     pub depth_m: f32,
 }
 
-/// A gap below this many unit lengths counts as contact.
+/// A gap below this many length units counts as contact.
 const MARGIN: f32 = 0.01;
 
 impl World {
-    /// Contacts of a block with everything else, gaps below 1 % of the unit length included; other blocks in order, then ground and walls.
+    /// Contacts of a block with everything else, gaps below 1 % of the length unit included; other blocks in order, then ground and walls.
     pub fn contacts(&self, id: BodyId) -> Vec<Contact> {
         let Some(body) = self.body(id) else { return Vec::new() };
-        let margin = MARGIN * self.config.length_unit_m;
+        let unit_m = self.config.length_unit_m;
         let mut contacts = Vec::new();
         for other in self.ids().filter(|o| *o != id) {
             let neighbour = self.body(other).expect("ids lists bodies that are there");
-            self.between(body, neighbour, margin, |point, normal, depth_m| {
+            self.between(body, neighbour, MARGIN, |point, normal, depth| {
+                let (point, depth_m) = (point * unit_m, depth * unit_m);
                 contacts.push(Contact { other: Touched::Block(other), point, normal, depth_m });
             });
         }
         for (what, shape, place) in self.statics() {
-            self.against_static(body, shape, &place, margin, |point, normal, depth_m| {
+            self.against_static(body, shape, &place, MARGIN, |point, normal, depth| {
+                let (point, depth_m) = (point * unit_m, depth * unit_m);
                 contacts.push(Contact { other: what, point, normal, depth_m });
             });
         }
@@ -60,7 +62,7 @@ impl World {
                 }
             }
         }
-        deepest
+        deepest * self.config.length_unit_m
     }
 
     fn place(&self, body: &Body) -> Pose {
@@ -77,15 +79,13 @@ impl World {
 
     fn between(&self, a: &Body, b: &Body, margin: f32, mut found: impl FnMut(Vec3, Vec3, f32)) {
         let (at_a, at_b) = (self.place(a), self.place(b));
-        if (at_a * a.shape.mass.local_com).distance(at_b * b.shape.mass.local_com)
-            > a.shape.reach_m() + b.shape.reach_m() + margin
-        {
+        if (at_a * a.centre).distance(at_b * b.centre) > a.reach + b.reach + margin {
             return;
         }
-        let boxes: Vec<Aabb> = b.shape.hulls.iter().map(|h| h.compute_aabb(&at_b).loosened(margin)).collect();
-        for hull_a in a.shape.hulls.iter() {
+        let boxes: Vec<Aabb> = b.hulls.iter().map(|h| h.compute_aabb(&at_b).loosened(margin)).collect();
+        for hull_a in a.hulls.iter() {
             let box_a = hull_a.compute_aabb(&at_a);
-            for (hull_b, box_b) in b.shape.hulls.iter().zip(&boxes) {
+            for (hull_b, box_b) in b.hulls.iter().zip(&boxes) {
                 if box_a.intersects(box_b) {
                     measure(&at_a, hull_a.0.as_ref(), &at_b, hull_b.0.as_ref(), margin, &mut found);
                 }
@@ -102,7 +102,7 @@ impl World {
         mut found: impl FnMut(Vec3, Vec3, f32),
     ) {
         let at = self.place(body);
-        for hull in body.shape.hulls.iter() {
+        for hull in body.hulls.iter() {
             if let Some(slab) = shape.as_cuboid() {
                 let normal = place.rotation * Vec3::Z;
                 let surface = place.transform_point(Vec3::Z * slab.half_extents.z);

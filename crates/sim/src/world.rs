@@ -1,12 +1,16 @@
 //! A physics world: what is in it, how it moves, when it rests.
+//!
+//! Inside, lengths are in [`PhysicsConfig::length_unit_m`] and times in its square root, so that every world looks to
+//! the engine like one of 2 m blocks; metres and seconds begin at this wall.
 
 use crate::{BlockShape, FrictionRule, PhysicsConfig, ground};
 use geom::{Bounds, Pose, Vec3};
 use rapier3d::prelude::{
     CoefficientCombineRule, ColliderBuilder, FrictionModel, IntegrationParameters, PhysicsWorld, QueryFilter, Ray,
-    RigidBodyBuilder, RigidBodyHandle, RigidBodyType,
+    RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SharedShape,
 };
 use scene::Ground;
+use std::sync::Arc;
 
 /// A block in a [`World`]; numbers are given in order from 0 and never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -34,7 +38,11 @@ pub struct Settled {
 
 pub(crate) struct Body {
     pub(crate) handle: RigidBodyHandle,
-    pub(crate) shape: BlockShape,
+    pub(crate) hulls: Arc<[SharedShape]>,
+    /// Centre of mass, block coordinates, engine units.
+    pub(crate) centre: Vec3,
+    /// Largest distance from it to the surface, engine units.
+    pub(crate) reach: f32,
     /// Whether the block has ever been free to move.
     pub(crate) placed: bool,
     fixed: bool,
@@ -71,17 +79,18 @@ impl World {
 
     /// Adds a plane wall, 20 unit lengths thick, that reaches 250 to each side of `point`.
     pub fn add_wall(&mut self, point: Vec3, inward_normal: Vec3) {
-        self.add_static(ground::wall(point, inward_normal, self.config.length_unit_m), WALL);
+        self.add_static(ground::wall(point / self.config.length_unit_m, inward_normal), WALL);
     }
 
     /// Adds a block that never moves; fixed blocks may overlap each other.
     pub fn add_fixed(&mut self, shape: &BlockShape, site_from_block: &Pose) -> BodyId {
-        self.add(shape, RigidBodyBuilder::fixed().pose(*site_from_block), true)
+        self.add(shape, RigidBodyBuilder::fixed().pose(self.inside(site_from_block)), true)
     }
 
     /// Adds a block that falls.
     pub fn add_moving(&mut self, shape: &BlockShape, site_from_block: &Pose) -> BodyId {
-        let body = RigidBodyBuilder::dynamic().pose(*site_from_block).additional_mass_properties(shape.mass);
+        let mass = shape.mass_in(self.config.length_unit_m);
+        let body = RigidBodyBuilder::dynamic().pose(self.inside(site_from_block)).additional_mass_properties(mass);
         self.add(shape, body, false)
     }
 
@@ -119,15 +128,15 @@ impl World {
 
     /// Length of one time step, seconds.
     pub fn step_s(&self) -> f32 {
-        self.physics.integration_parameters.dt
+        self.config.step_s * self.config.time_unit_s()
     }
 
     /// Steps until no moving block has moved for [`PhysicsConfig::rest_time_s`], at most `max_time_s`.
     pub fn settle(&mut self, max_time_s: f32) -> Settled {
         let dt = self.step_s();
-        let rest_steps = (self.config.rest_time_s * self.config.time_scale() / dt).ceil() as usize;
+        let rest_steps = (self.config.rest_time_s / self.config.step_s).ceil() as usize;
         let max_steps = (max_time_s / dt).ceil() as usize;
-        let rest_speed = self.config.rest_speed_m_s * self.config.time_scale();
+        let rest_speed = self.config.rest_speed_m_s * self.config.time_unit_s();
         let mut still = 0;
         for steps in 0..max_steps {
             if still > rest_steps {
@@ -146,7 +155,8 @@ impl World {
 
     /// Pose of a block's coordinates; `None` for a removed or unknown block.
     pub fn pose(&self, id: BodyId) -> Option<Pose> {
-        Some(*self.physics.bodies.get(self.body(id)?.handle)?.position())
+        let inside = self.physics.bodies.get(self.body(id)?.handle)?.position();
+        Some(Pose::from_parts(inside.translation * self.config.length_unit_m, inside.rotation))
     }
 
     /// Speed of the block's fastest point (bound: |v| + |ω|·reach), m/s; 0 when fixed, asleep or unknown.
@@ -156,15 +166,16 @@ impl World {
         if body.fixed || rigid.is_sleeping() {
             return 0.0;
         }
-        let speed = rigid.linvel().length() + rigid.angvel().length() * body.shape.reach_m();
-        if speed.is_finite() { speed } else { f32::INFINITY }
+        let speed = rigid.linvel().length() + rigid.angvel().length() * body.reach;
+        // unit / √unit = √unit
+        if speed.is_finite() { speed * self.config.time_unit_s() } else { f32::INFINITY }
     }
 
     /// A push at the centre of mass, N·s; wakes the block.
     pub fn apply_impulse(&mut self, id: BodyId, impulse_n_s: Vec3) {
         let Some(handle) = self.body(id).map(|b| b.handle) else { return };
         if let Some(rigid) = self.physics.bodies.get_mut(handle) {
-            rigid.apply_impulse(impulse_n_s, true);
+            rigid.apply_impulse(impulse_n_s / self.config.time_unit_s(), true);
         }
     }
 
@@ -174,9 +185,10 @@ impl World {
             self.physics.detect_collisions(&(), &());
             self.stale = false;
         }
-        let ray = Ray::new(origin, direction);
-        let (collider, distance) = self.physics.cast_ray(&ray, max_m, true, QueryFilter::default())?;
-        Some((touched(self.physics.colliders.get(collider)?.user_data), distance))
+        let unit_m = self.config.length_unit_m;
+        let ray = Ray::new(origin / unit_m, direction);
+        let (collider, distance) = self.physics.cast_ray(&ray, max_m / unit_m, true, QueryFilter::default())?;
+        Some((touched(self.physics.colliders.get(collider)?.user_data), distance * unit_m))
     }
 
     pub(crate) fn body(&self, id: BodyId) -> Option<&Body> {
@@ -186,14 +198,26 @@ impl World {
     fn add(&mut self, shape: &BlockShape, body: RigidBodyBuilder, fixed: bool) -> BodyId {
         let id = self.bodies.len() as u32;
         let handle = self.physics.insert_body(body.user_data(u128::from(id)).build());
-        for hull in shape.hulls.iter() {
+        if let Some(rigid) = self.physics.bodies.get_mut(handle) {
+            rigid.activation_mut().normalized_linear_threshold = self.config.rest_speed_m_s;
+            rigid.activation_mut().time_until_sleep = self.config.rest_time_s;
+        }
+        let unit_m = self.config.length_unit_m;
+        let hulls = shape.hulls_in(unit_m);
+        for hull in hulls.iter() {
             // Hulls carry no mass: the body has that of the true solid. One collider a hull, not a compound, which often never rests.
             let collider = self.surface(ColliderBuilder::new(hull.clone()).density(0.0)).user_data(u128::from(id));
             self.physics.insert_collider(collider, Some(handle));
         }
-        self.bodies.push(Some(Body { handle, shape: shape.clone(), placed: !fixed, fixed }));
+        let (centre, reach) = (shape.centre() / unit_m, shape.reach_m() / unit_m);
+        self.bodies.push(Some(Body { handle, hulls, centre, reach, placed: !fixed, fixed }));
         self.stale = true;
         BodyId(id)
+    }
+
+    /// A pose in engine units.
+    fn inside(&self, site_from_block: &Pose) -> Pose {
+        Pose::from_parts(site_from_block.translation / self.config.length_unit_m, site_from_block.rotation)
     }
 
     fn add_static(&mut self, collider: ColliderBuilder, user_data: u128) {
@@ -223,19 +247,13 @@ pub(crate) fn touched(user_data: u128) -> Touched {
 }
 
 fn integration(config: &PhysicsConfig) -> IntegrationParameters {
-    let scale = config.time_scale();
-    let mut p = IntegrationParameters {
-        dt: config.step_s * scale,
-        length_unit: config.length_unit_m,
+    IntegrationParameters {
+        dt: config.step_s,
         num_solver_iterations: config.solver_iterations,
         num_internal_stabilization_iterations: config.stabilization_iterations,
         friction_model: FrictionModel::Simplified,
         // With friction in the bias pass piles never come to rest.
         friction_in_bias_pass: false,
         ..Default::default()
-    };
-    // Frequencies go with 1/√length, as the fall of a small block does.
-    p.contact_softness.natural_frequency /= scale;
-    p.static_contact_softness.natural_frequency /= scale;
-    p
+    }
 }

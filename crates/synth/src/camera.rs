@@ -47,9 +47,9 @@ impl Camera {
         Self { position, forward, right, up, pixel, corner, size }
     }
 
-    /// The viewing direction.
-    pub fn forward(&self) -> Vec3 {
-        self.forward
+    /// Width of a pixel at depth 1.
+    pub fn pixel(&self) -> f32 {
+        self.pixel
     }
 }
 
@@ -66,6 +66,15 @@ impl Projection for Camera {
         }
         let at = |axis: Vec3, corner: f32| (d.dot(axis) / depth - corner) / self.pixel;
         Some([at(self.right, self.corner[0]), at(self.up, self.corner[1]), depth])
+    }
+
+    fn faces(&self, point: Vec3, normal: Vec3) -> bool {
+        normal.dot(point - self.position) < 0.0
+    }
+
+    fn row_plane(&self, row: usize) -> (Vec3, f32) {
+        let normal = self.up - self.forward * (self.corner[1] + (row as f32 + 0.5) * self.pixel);
+        (normal, normal.dot(self.position))
     }
 
     fn ray(&self, column: usize, row: usize) -> (Vec3, Vec3) {

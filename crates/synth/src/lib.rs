@@ -7,13 +7,16 @@ mod bed;
 mod camera;
 mod error;
 mod pile;
+mod preview;
 mod range_map;
 mod recipe;
 mod scene;
 pub mod sensor;
+mod swath;
 mod targets;
 
 pub use crate::scene::{SynthScene, scene};
 pub use error::SynthError;
+pub use preview::preview_png;
 pub use recipe::{Bed, Drop, Recipe, Share, Site, Visibility};
 pub use sensor::Sensor;

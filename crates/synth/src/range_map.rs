@@ -1,8 +1,9 @@
 //! What a bundle of rays sees: for every cell of a regular grid of rays the first surface hit.
 //!
-//! Triangles are projected to find the cells they may cover; in each cell the ray is intersected exactly. That is
-//! ray casting with the loops swapped: a view of 16 000 triangles costs milliseconds instead of seconds. A
-//! [`Projection`] decides the bundle: a camera's pinhole or an echo sounder's fan swept along its track.
+//! Ray casting with the loops swapped: the rays of a row lie in one plane, a triangle meets that plane in a segment,
+//! and every ray between the segment's ends hits the triangle, exactly. A view of 16 000 triangles costs
+//! milliseconds instead of seconds. A [`Projection`] decides the bundle: a camera's pinhole or an echo sounder's
+//! fan swept along its track.
 
 use crate::targets::Targets;
 use geom::Vec3;
@@ -13,6 +14,10 @@ pub(crate) trait Projection {
     fn size(&self) -> [usize; 2];
     /// Column, row (continuous; cell centres at ½) and ray parameter of a point; `None` where the bundle cannot look.
     fn project(&self, point: Vec3) -> Option<[f32; 3]>;
+    /// Whether a surface with the normal turns its face to the rays there.
+    fn faces(&self, point: Vec3, normal: Vec3) -> bool;
+    /// The plane that holds the rays of a row: a normal and its product with any point of the plane.
+    fn row_plane(&self, row: usize) -> (Vec3, f32);
     /// Origin and direction of the ray through a cell's centre; a point at parameter t is origin + t·direction.
     fn ray(&self, column: usize, row: usize) -> (Vec3, Vec3);
 }
@@ -26,8 +31,25 @@ pub(crate) struct RangeMap<P> {
     pub triangle: Vec<u32>,
 }
 
+/// A hair of a cell beside a triangle counts as on it, so that neighbours leave no crack.
+const SLACK: f32 = 1e-3;
 /// A point counts as hidden when the first hit lies this much of its distance in front of it.
 const TOLERANCE: f32 = 2e-4;
+
+/// Columns between which a triangle meets the plane of a row.
+fn span(projection: &impl Projection, corners: &[Vec3; 3], row: usize) -> Option<[f32; 2]> {
+    let (normal, offset) = projection.row_plane(row);
+    let side = corners.map(|p| normal.dot(p) - offset);
+    let mut ends = [f32::INFINITY, f32::NEG_INFINITY];
+    for i in 0..3 {
+        let j = (i + 1) % 3;
+        if (side[i] > 0.0) != (side[j] > 0.0) {
+            let [u, ..] = projection.project(corners[i].lerp(corners[j], side[i] / (side[i] - side[j])))?;
+            ends = [ends[0].min(u), ends[1].max(u)];
+        }
+    }
+    (ends[0] <= ends[1]).then_some(ends)
+}
 
 impl<P: Projection> RangeMap<P> {
     /// Casts all rays.
@@ -40,18 +62,14 @@ impl<P: Projection> RangeMap<P> {
             let (a, b, c) =
                 (projection.project(corners[0]), projection.project(corners[1]), projection.project(corners[2]));
             let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
-            let span = |axis: usize, size: usize| {
-                let low = a[axis].min(b[axis]).min(c[axis]) - 0.5;
-                let high = a[axis].max(b[axis]).max(c[axis]) - 0.5;
-                (low.ceil().max(0.0) as usize, (high.floor() + 1.0).clamp(0.0, size as f32) as usize)
-            };
-            let ((u0, u1), (v0, v1)) = (span(0, columns), span(1, rows));
-            let edge = |i: usize| n.cross(corners[(i + 1) % 3] - corners[i]);
-            let edges = [edge(0), edge(1), edge(2)];
-            // A hair outside counts as inside, so that neighbouring triangles leave no crack.
-            let slack = [0, 1, 2].map(|i| -1e-5 * edges[i].length_squared());
-            for row in v0..v1 {
-                for column in u0..u1 {
+            let low = a[1].min(b[1]).min(c[1]) - 0.5;
+            let high = a[1].max(b[1]).max(c[1]) - 0.5;
+            let rows = low.ceil().max(0.0) as usize..(high.floor() + 1.0).clamp(0.0, rows as f32) as usize;
+            for row in rows {
+                let Some([u0, u1]) = span(&projection, corners, row) else { continue };
+                let first = (u0 - 0.5 - SLACK).ceil().max(0.0) as usize;
+                let last = (u1 - 0.5 + SLACK).floor().min(columns as f32 - 1.0);
+                for column in first..(last + 1.0).max(0.0) as usize {
                     let (origin, direction) = projection.ray(column, row);
                     let facing = n.dot(direction);
                     if facing >= 0.0 {
@@ -59,11 +77,7 @@ impl<P: Projection> RangeMap<P> {
                     }
                     let t_hit = n.dot(corners[0] - origin) / facing;
                     let cell = row * columns + column;
-                    if t_hit <= 0.0 || t_hit >= range[cell] {
-                        continue;
-                    }
-                    let p = origin + direction * t_hit;
-                    if (0..3).all(|i| edges[i].dot(p - corners[i]) >= slack[i]) {
+                    if t_hit > 0.0 && t_hit < range[cell] {
                         range[cell] = t_hit;
                         triangle[cell] = t as u32;
                     }
@@ -76,6 +90,9 @@ impl<P: Projection> RangeMap<P> {
     /// Whether a surface point with the normal is seen: its tangent plane is the first thing on at least two of the
     /// four rays around it. Wrong only within one cell of an outline.
     pub fn sees(&self, point: Vec3, normal: Vec3) -> bool {
+        if !self.projection.faces(point, normal) {
+            return false;
+        }
         let Some([u, v, _]) = self.projection.project(point) else { return false };
         let [columns, rows] = self.projection.size();
         let (u, v) = (u - 0.5, v - 0.5);

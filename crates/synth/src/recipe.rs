@@ -264,8 +264,8 @@ pub(crate) struct Resolved {
 }
 
 impl Resolved {
-    /// Cell of a camera's image on the pile: a good third of the point spacing, between 0.8 % and 2 % of a block.
+    /// Cell of a camera's image on the pile: a good third of the point spacing, between 1.2 % and 2 % of a block.
     pub fn pixel_m(&self) -> f32 {
-        (0.4 / self.density_per_m2.sqrt()).clamp(0.008 * self.largest_m, 0.02 * self.largest_m)
+        (0.4 / self.density_per_m2.sqrt()).clamp(0.012 * self.largest_m, 0.02 * self.largest_m)
     }
 }

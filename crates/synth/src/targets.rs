@@ -41,6 +41,11 @@ impl Targets {
         Self { corners, normal, owner, bounds, meshes, area_m2 }
     }
 
+    /// Number of blocks.
+    pub fn block_count(&self) -> usize {
+        self.meshes.len() - 1
+    }
+
     /// Whole surface, m².
     pub fn area_m2(&self) -> f32 {
         self.area_m2.iter().sum()

@@ -120,6 +120,112 @@ fn occlusion_agrees_with_rays() {
     }
 }
 
+/// Share of the labelled points within `limit_m` of their block.
+fn share_within(made: &SynthScene, catalog: &Catalog, limit_m: f32) -> f32 {
+    let (own, _) = distances(made, catalog);
+    assert_eq!(own.len(), made.instance.iter().filter(|&&k| k > 0).count(), "every label has its block nearby");
+    own.iter().filter(|&&d| d <= limit_m).count() as f32 / own.len() as f32
+}
+
+#[test]
+fn drone_points_stay_near_their_block_and_webs_belong_to_none() {
+    let made = make(&small("kind = \"uav\""), 11);
+    // 1.5 cm along the sight, 1 cm of drift, edges rounded over 4 cm.
+    assert!(share_within(&made, &tetrapods(), 0.02) > 0.75);
+    assert!(share_within(&made, &tetrapods(), 0.08) > 0.995);
+    assert!(made.occlusion.iter().all(|o| (0.0..=1.0).contains(o)));
+    assert!(made.survey.sensor_positions.len() >= 5);
+    let plain = make(&small("kind = \"uav\"\nweb_share = 0.0\ndrift_sd_m = 0.0"), 11);
+    assert!(made.instance.len() > plain.instance.len());
+}
+
+#[test]
+fn nothing_is_measured_under_water() {
+    let sensor = "kind = \"uav\"\nwaterline = { level_m = 1.0, band_m = 0.5, missing = 0.4, splash = 0.05 }";
+    let (wet, dry) = (make(&small(sensor), 12), make(&small("kind = \"uav\""), 12));
+    let count = |made: &SynthScene, low: f32, high: f32| {
+        made.survey.cloud.position_m.iter().filter(|p| p.z > low && p.z < high).count()
+    };
+    assert_eq!(count(&wet, -10.0, 0.95), 0);
+    assert!(count(&dry, -10.0, 0.95) > 1000);
+    let left = count(&wet, 1.1, 1.4) as f32 / count(&dry, 1.1, 1.4) as f32;
+    assert!((0.4..0.75).contains(&left), "{left} of the splash band is left");
+}
+
+#[test]
+fn echoes_stay_near_their_block_and_outliers_belong_to_none() {
+    let recipe = small("kind = \"mbes\"");
+    let made = make(&recipe, 13);
+    assert!(share_within(&made, &tetrapods(), 0.05) > 0.6);
+    assert!(share_within(&made, &tetrapods(), 0.15) > 0.97);
+    assert!(made.occlusion.iter().all(|o| (0.0..=1.0).contains(o)));
+    let top = made.scene.blocks.iter().map(|b| b.site_from_block.translation.z + 1.4).fold(0.0, f32::max);
+    let spikes = made.survey.cloud.position_m.iter().zip(&made.instance).filter(|(p, _)| p.z > top);
+    assert!(spikes.clone().count() > 3);
+    assert!(spikes.clone().all(|(_, &k)| k == 0));
+    let cut = make(&small("kind = \"mbes\"\ntop_level_m = 2.0"), 13);
+    assert!(cut.survey.cloud.position_m.iter().all(|p| p.z <= 2.0));
+}
+
+#[test]
+fn the_error_of_a_pass_is_common_to_its_points() {
+    let quiet = "range_noise_sd_m = 0.0\nfootprint_noise = 0.0\nquantum_m = 0.0\nghosts = 0.0\nspikes = 0.0\nroll_bias_sd_deg = 0.0\nposition_bias_sd_m = 0.0";
+    let bed = "density_per_m2 = 40\ncount = [1, 1]\nbed = { stone_blocks = 0.0 }";
+    let made = make(&recipe(bed, &format!("kind = \"mbes\"\npasses = 1\nheave_bias_sd_m = 0.1\n{quiet}")), 14);
+    let bed: Vec<f32> =
+        made.survey.cloud.position_m.iter().zip(&made.instance).filter(|(_, k)| **k == 0).map(|(p, _)| p.z).collect();
+    let mean = bed.iter().sum::<f32>() / bed.len() as f32;
+    let flat = bed.iter().filter(|z| (**z - mean).abs() < 0.01).count();
+    assert!(mean.abs() > 0.005, "one heave error for all: {mean}");
+    assert!(flat as f32 > 0.97 * bed.len() as f32);
+}
+
+#[test]
+fn a_depth_camera_sees_parts_in_a_bin() {
+    let parts = catalog(&[("part", Shape::Tetrapod { size: 0.05 })]);
+    let head = "density_per_m2 = 500000\ncount = [20, 30]\nsite = { kind = \"bin\", length_m = 0.25, width_m = 0.2 }";
+    let made = scene(&recipe(head, "kind = \"depth-camera\""), &parts, SeedTree::new(5)).unwrap();
+    assert_eq!(made.survey.sensor, scene::SensorKind::DepthCamera);
+    assert!(made.instance.len() > 5000);
+    assert!(share_within(&made, &parts, 0.002) > 0.95);
+    assert!(share_within(&made, &parts, 0.006) > 0.999);
+    let flying = made.instance.iter().filter(|&&k| k == 0).count() as f32 / made.instance.len() as f32;
+    assert!((0.001..0.1).contains(&flying), "{flying} flying pixels");
+}
+
+#[test]
+fn a_density_no_sounder_reaches_is_refused() {
+    let recipe = recipe("density_per_m2 = 5000", "kind = \"mbes\"\npasses = 1\nbeams = 64");
+    let error = scene(&recipe, &tetrapods(), SeedTree::new(1)).unwrap_err();
+    assert!(matches!(error, SynthError::DensityOutOfReach { .. }), "{error}");
+}
+
+/// Everything of a scene that is handed on, as one hash.
+fn hash(made: &SynthScene) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for (p, k) in made.survey.cloud.position_m.iter().zip(&made.instance) {
+        for v in p.to_array() {
+            hasher.update(&v.to_le_bytes());
+        }
+        hasher.update(&k.to_le_bytes());
+    }
+    for o in &made.occlusion {
+        hasher.update(&o.to_le_bytes());
+    }
+    hasher.finalize().to_hex()[..16].to_owned()
+}
+
+#[test]
+fn one_or_two_threads_give_the_same_bits() {
+    for sensor in ["kind = \"uav\"", "kind = \"mbes\""] {
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| hash(&make(&small(sensor), 21)))
+        };
+        assert_eq!(on(1), on(2));
+    }
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bits_and_another_does_not() {
     let recipe = small("kind = \"gaussian\"");

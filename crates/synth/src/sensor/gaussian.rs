@@ -58,7 +58,7 @@ impl Gaussian {
             Visibility::Exact => {
                 let maps: Vec<_> = cameras.into_par_iter().map(|c| RangeMap::render(c, targets)).collect();
                 let seen = seen_points(targets, &maps, 1, resolved.target_points, seed.child("surface", 0));
-                (seen.points, seen.count.iter().map(|&c| c > 0).collect::<Vec<_>>())
+                (seen.points, seen.view.iter().map(Option::is_some).collect::<Vec<_>>())
             }
         };
         let occlusion = occlusion(&points.owner, visible.iter().copied());

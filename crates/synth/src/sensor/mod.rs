@@ -2,10 +2,16 @@
 //!
 //! A label is the block whose surface made the point; it is decided while the point is made, never afterwards.
 
+mod depth_camera;
 mod gaussian;
+mod mbes;
+mod uav;
 mod views;
 
+pub use depth_camera::DepthCamera;
 pub use gaussian::Gaussian;
+pub use mbes::Mbes;
+pub use uav::Uav;
 pub use views::{Ring, Waterline};
 
 use crate::SynthError;
@@ -21,6 +27,12 @@ use serde::{Deserialize, Serialize};
 pub enum Sensor {
     /// White noise on the visible surface: the thesis' model.
     Gaussian(Gaussian),
+    /// Photogrammetry from a drone.
+    Uav(Uav),
+    /// Multibeam echo sounder.
+    Mbes(Mbes),
+    /// Depth camera above a bin.
+    DepthCamera(DepthCamera),
 }
 
 /// What a sensor measured.
@@ -39,6 +51,9 @@ impl Sensor {
     pub fn check(&self) -> Result<(), SynthError> {
         match self {
             Self::Gaussian(s) => s.check(),
+            Self::Uav(s) => s.check(),
+            Self::Mbes(s) => s.check(),
+            Self::DepthCamera(s) => s.check(),
         }
     }
 
@@ -46,6 +61,9 @@ impl Sensor {
     pub fn kind(&self) -> SensorKind {
         match self {
             Self::Gaussian(s) => s.measured_as,
+            Self::Uav(_) => SensorKind::Uav,
+            Self::Mbes(_) => SensorKind::Mbes,
+            Self::DepthCamera(_) => SensorKind::DepthCamera,
         }
     }
 
@@ -58,6 +76,9 @@ impl Sensor {
     ) -> Result<Scan, SynthError> {
         match self {
             Self::Gaussian(s) => s.scan(targets, resolved, visibility, seed),
+            Self::Uav(s) => s.scan(targets, resolved, seed),
+            Self::Mbes(s) => s.scan(targets, resolved, seed),
+            Self::DepthCamera(s) => s.scan(targets, resolved, seed),
         }
     }
 }

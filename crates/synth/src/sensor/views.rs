@@ -77,13 +77,11 @@ pub(super) fn cameras(rings: &[Ring], altitude_m: f32, bounds: &Bounds, pixel_m:
     cameras
 }
 
-/// Surface points with how many views see each, and one of those views.
+/// Surface points with one of the views that see each.
 pub(super) struct Seen {
     pub points: SurfacePoints,
-    /// Views that see the point.
-    pub count: Vec<u16>,
-    /// One of them, drawn evenly; `u16::MAX` for none.
-    pub view: Vec<u16>,
+    /// A view that sees the point, drawn evenly; `None` when too few see it.
+    pub view: Vec<Option<u16>>,
 }
 
 /// Samples the surfaces densely enough that about `wanted` points are seen by `least_views` cameras.
@@ -94,44 +92,37 @@ pub(super) fn seen_points(
     wanted: usize,
     seed: SeedTree,
 ) -> Seen {
-    let blocks = targets.owner.last().copied().unwrap_or(0).max(1) as f32;
+    let blocks = targets.block_count() as f32;
     let mut per_m2 = (SAMPLES_PER_BLOCK * blocks).max(wanted as f32) / targets.area_m2();
-    let mut seen = look(targets.sample(per_m2, seed.child("sample", 0)), maps, seed.child("view", 0));
+    let mut seen = look(targets.sample(per_m2, seed.child("sample", 0)), maps, least_views, seed.child("view", 0));
     // The share seen so far says how many more samples are needed; a few per cent extra make up for chance.
     for round in 1..6 {
-        let visible = seen.count.iter().filter(|&&c| c >= least_views).count();
+        let visible = seen.view.iter().flatten().count();
         if visible >= wanted || visible == 0 {
             break;
         }
         let more = per_m2 * ((wanted as f32 * 1.03 / visible as f32) - 1.0).clamp(0.05, 8.0);
-        let next = look(targets.sample(more, seed.child("sample", round)), maps, seed.child("view", round));
+        let next =
+            look(targets.sample(more, seed.child("sample", round)), maps, least_views, seed.child("view", round));
         per_m2 += more;
         seen.points.append(next.points);
-        seen.count.extend(next.count);
         seen.view.extend(next.view);
     }
     seen
 }
 
-fn look(points: SurfacePoints, maps: &[RangeMap<Camera>], seed: SeedTree) -> Seen {
+fn look(points: SurfacePoints, maps: &[RangeMap<Camera>], least_views: u16, seed: SeedTree) -> Seen {
     let start = seed.value() as usize;
-    let (count, view) = (0..points.position.len())
-        .into_par_iter()
-        .map(|i| {
-            // Views in rotated order: the first that sees the point is an even draw.
-            let shift = (start ^ i.wrapping_mul(0x9e37_79b9_7f4a_7c15)) >> 7;
-            let (mut count, mut view) = (0_u16, u16::MAX);
-            for k in 0..maps.len() {
-                let k = (k + shift) % maps.len();
-                if maps[k].sees(points.position[i], points.normal[i]) {
-                    count += 1;
-                    view = if view == u16::MAX { k as u16 } else { view };
-                }
-            }
-            (count, view)
-        })
-        .unzip();
-    Seen { points, count, view }
+    let look = |i: usize| {
+        // Views in rotated order: the first that sees the point is an even draw, and the search may stop early.
+        let shift = (start ^ i.wrapping_mul(0x9e37_79b9_7f4a_7c15)) >> 7;
+        let order = (0..maps.len()).map(|k| (k + shift) % maps.len());
+        let mut seeing = order.filter(|&k| maps[k].sees(points.position[i], points.normal[i]));
+        let first = seeing.next()?;
+        (seeing.take(usize::from(least_views) - 1).count() + 1 >= usize::from(least_views)).then_some(first as u16)
+    };
+    let view = (0..points.position.len()).into_par_iter().map(look).collect();
+    Seen { points, view }
 }
 
 /// Occlusion of every block: 1 − visible samples / all samples (Eq. 3.14).
