@@ -63,7 +63,8 @@ pub(crate) fn read<T>(
     let find = |name: &str| header.iter().position(|h| h.trim() == name);
     let mut columns = Vec::new();
     for &column in needed {
-        let found = header.iter().collect::<Vec<_>>().join(", ");
+        let found =
+            header.iter().collect::<Vec<_>>().join(", ").chars().filter(|c| !c.is_control()).take(300).collect();
         columns.push(Some(find(column).ok_or(IoError::MissingColumn { path: path.into(), column, found })?));
     }
     columns.extend(optional.iter().map(|c| find(c)));

@@ -151,9 +151,14 @@ impl IoError {
         Self::Os { path: path.into(), doing: "write", source }
     }
 
-    /// Broken content at a place.
+    /// Broken content at a place. What the file says is quoted on one line and not at any length.
     pub(crate) fn malformed(path: &Path, at: Place, what: impl Into<String>) -> Self {
-        Self::Malformed { path: path.into(), at, what: what.into() }
+        let what: String = what.into();
+        let mut quoted: String = what.chars().map(|c| if c.is_control() { ' ' } else { c }).take(400).collect();
+        if quoted.len() < what.len() {
+            quoted.push('…');
+        }
+        Self::Malformed { path: path.into(), at, what: quoted }
     }
 
     /// A valid file that is not supported.

@@ -5,7 +5,15 @@
 
 pub mod atomic;
 pub mod blocks_csv;
+pub mod drawing;
+pub mod dxf;
+pub mod geojson;
+pub mod geopackage;
+pub mod geotiff;
+pub mod glb;
+pub mod ifc;
 pub mod input;
+pub mod landxml;
 pub mod las;
 pub mod manifest;
 pub mod mesh;
@@ -13,9 +21,11 @@ pub mod obj;
 pub mod placements_csv;
 pub mod ply;
 pub mod points;
+pub mod raster;
 pub mod site;
 pub mod stl;
 pub mod thinning;
+pub mod tin;
 
 mod csv_table;
 mod error;

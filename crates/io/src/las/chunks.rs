@@ -20,11 +20,11 @@ pub(super) struct Chunk {
     pub points: u64,
 }
 
-/// Points that a byte of compressed data may hold. Surveys need 1 to 4 bytes a point; a file beyond this limit
+/// Points that a byte of compressed data may hold. Surveys need 2 to 8 bytes a point; a file beyond this limit
 /// is made to fill memory.
-const POINTS_PER_BYTE: u64 = 16;
+const POINTS_PER_BYTE: u64 = 2;
 /// Small files may hold this many points whatever their size.
-const FREE_POINTS: u64 = 100_000;
+const FREE_POINTS: u64 = 250_000;
 
 /// Every chunk of the file in order; their points add up to the header's.
 pub(super) fn table(input: &mut Input, header: &Header, vlr: &LazVlr) -> Result<Vec<Chunk>, IoError> {

@@ -9,8 +9,10 @@ use crate::{IoError, Place};
 use geom::DVec3;
 use rayon::prelude::*;
 
-/// Points handed on at once, and the largest chunk that is decompressed in one piece.
+/// Points handed on at once, when they are not long.
 const BATCH: u64 = 65_536;
+/// Raw records held at once by a thread: a record may be 64 kB long.
+const BATCH_BYTES: u64 = 4 << 20;
 
 /// The header alone.
 pub fn summary(input: &mut Input) -> Result<LasSummary, IoError> {
@@ -45,7 +47,7 @@ fn stream_plain(
     input.go_to(header.data_at, "the points")?;
     let mut done = 0;
     while done < total {
-        let count = BATCH.min(total - done);
+        let count = batch_points(header).min(total - done);
         let bytes = input.take(count * record, "the points")?;
         sink(decode(input, header, &bytes, done)?)?;
         done += count;
@@ -61,16 +63,18 @@ pub(super) fn stream_chunks(
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     let vlr = header.laz.as_ref().expect("only compressed files have chunks");
+    let record = u64::from(header.summary.record_bytes);
     let together = rayon::current_num_threads().max(1) * 2;
     let damaged = |input: &Input, done: u64, what: String| input.malformed(Place::Record(done + 1), what);
     let (mut done, mut next) = (0, 0);
     while next < chunks.len() {
-        let group: Vec<&Chunk> = chunks[next..].iter().take(together).take_while(|c| c.points <= 2 * BATCH).collect();
+        let group: Vec<&Chunk> =
+            chunks[next..].iter().take(together).take_while(|c| c.points * record <= BATCH_BYTES).collect();
         if group.is_empty() {
             let bytes = chunks::load(input, &chunks[next])?;
             let mut points = Points::new(&bytes, chunks[next].points, vlr).map_err(|e| damaged(input, done, e))?;
             loop {
-                let records = points.next(BATCH).map_err(|e| damaged(input, done, e))?;
+                let records = points.next(batch_points(header)).map_err(|e| damaged(input, done, e))?;
                 if records.is_empty() {
                     break;
                 }
@@ -104,6 +108,10 @@ pub(super) fn stream_chunks(
         }
     }
     Ok(())
+}
+
+fn batch_points(header: &Header) -> u64 {
+    BATCH.min(BATCH_BYTES / u64::from(header.summary.record_bytes))
 }
 
 fn decode(input: &Input, header: &Header, records: &[u8], first: u64) -> Result<RawCloud, IoError> {

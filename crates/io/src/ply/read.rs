@@ -117,7 +117,10 @@ struct Columns {
 
 impl Columns {
     fn of(input: &Input, element: &Element) -> Result<Self, IoError> {
-        let found = || element.properties.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = || {
+            let names = element.properties.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            names.chars().filter(|c| !c.is_control()).take(300).collect()
+        };
         let need = |column: &'static str| {
             let index = element.find(&[column]).filter(|&i| element.properties[i].list.is_none());
             index.ok_or_else(|| IoError::MissingColumn { path: input.path.into(), column, found: found() })

@@ -2,4 +2,6 @@
 
 mod clouds;
 mod contracts;
+mod exports;
+mod sample;
 mod site_folder;
