@@ -19,6 +19,7 @@ mod silhouette;
 mod site;
 mod stack;
 mod summary;
+mod surfaces;
 mod trial;
 pub mod windows;
 
@@ -27,6 +28,7 @@ pub use crane::CraneConfig;
 pub use error::PlanError;
 pub use ground::{GroundConfig, estimate_ground};
 pub use site::PlanInput;
+pub use surfaces::{CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces};
 
 use geom::{Event, Observer, SeedTree};
 use scene::{PlacementState, Plan};
