@@ -22,7 +22,7 @@ pub use cloud::PointCloud;
 pub use convex::ConvexSolid;
 /// A rigid transform; `site_from_block * point` reads right to left.
 pub use glamx::Pose3 as Pose;
-pub use glamx::{DQuat, DVec3, Mat3, Quat, Vec2, Vec3};
+pub use glamx::{DQuat, DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
 pub use height_map::{CellRect, HeightMap};
 pub use mesh::{MeshError, TriMesh};
 pub use mesh_query::MeshQuery;

@@ -109,7 +109,7 @@ pub struct SearchConfig {
 
 impl Default for SearchConfig {
     fn default() -> Self {
-        Self { attitudes: 256, step_cells: 2, verify: 6, trapped_weight: 1.0, protrusion_weight: 1.0 }
+        Self { attitudes: 256, step_cells: 2, verify: 8, trapped_weight: 0.25, protrusion_weight: 2.0 }
     }
 }
 

@@ -12,7 +12,9 @@ mod crane;
 mod error;
 mod ground;
 mod order;
+pub mod porosity;
 mod random_pose;
+mod replan;
 mod rounds;
 mod search;
 mod silhouette;
@@ -21,6 +23,7 @@ mod stack;
 mod summary;
 mod surfaces;
 mod trial;
+mod uncertainty;
 pub mod windows;
 
 pub use config::{Inside, PlanConfig, Policy, SearchConfig, Settings};
@@ -29,6 +32,7 @@ pub use error::PlanError;
 pub use ground::{GroundConfig, estimate_ground};
 pub use site::PlanInput;
 pub use surfaces::{CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces};
+pub use uncertainty::{Case, Percentiles, Uncertainty, UncertaintyConfig, uncertainty};
 
 use geom::{Event, Observer, SeedTree};
 use scene::{PlacementState, Plan};
@@ -40,10 +44,23 @@ pub fn plan(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Plan, PlanError> {
-    let site = site::prepare(input, config, observer)?;
+    replan(input, &Plan::default(), config, seed, observer)
+}
+
+/// Plans on from an earlier plan: what of it is built must be in `input` (as recognised or as placed blocks), what still
+/// holds is carried over unchanged, the rest is planned anew.
+pub fn replan(
+    input: &PlanInput,
+    previous: &Plan,
+    config: &PlanConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Plan, PlanError> {
+    let site = site::prepare(input, config, seed, observer)?;
     let mut stack = site.stack(input);
     let before = summary::before(&stack);
-    let tried = rounds::fill(&site, &mut stack, seed, observer)?;
+    let mut tried = replan::carry_over(&site, &mut stack, previous);
+    tried.extend(rounds::fill(&site, &mut stack, seed, observer)?);
     let (kept, removed): (Vec<_>, Vec<_>) = tried.into_iter().partition(|p| p.state == PlacementState::Kept);
     let placements = order::ordered(kept, &stack, &site);
     let summary = summary::summary(&site, &stack, &before, &placements, &removed);

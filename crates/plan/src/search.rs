@@ -12,7 +12,7 @@ use crate::{
     stack::Stack,
     windows::Window,
 };
-use geom::{Pose, Vec2, Vec3};
+use geom::{Pose, SeedTree, Vec2, Vec3};
 use scene::{BlockModel, ModelId, Placement, PlacementState};
 
 /// Attitudes prepared once for the block and the raster.
@@ -21,9 +21,11 @@ pub(crate) struct Attitudes {
 }
 
 impl Attitudes {
-    pub fn new(model: &BlockModel, settings: &Settings) -> Self {
+    /// The set is turned as a whole by the seed, so that the spread of plans over seeds shows what it decides.
+    pub fn new(model: &BlockModel, settings: &Settings, seed: SeedTree) -> Self {
+        let turn = attitudes::random(&mut seed.rng());
         let set = attitudes::spread(settings.search.attitudes as usize, &model.symmetry);
-        Self { silhouettes: set.into_iter().map(|q| Silhouette::new(model, q, settings.cell_m)).collect() }
+        Self { silhouettes: set.into_iter().map(|q| Silhouette::new(model, turn * q, settings.cell_m)).collect() }
     }
 }
 
@@ -58,41 +60,87 @@ pub(crate) fn candidates(
     let reach = (0.5 * settings.window_m / settings.cell_m).ceil() as usize;
     let Some(patch) = Patch::around(stack, settings, window.centre, half + reach) else { return Vec::new() };
     let step = settings.search.step_cells as usize;
-    let mut rough: Vec<(f32, usize, usize, usize, f32)> = Vec::new();
+    // It settles a little deeper than where it first touches.
+    let allowed_m = settings.overflow_m + 0.05 * block.d_box_m;
+    let mut lowest = Lowest::new(64 * settings.search.verify as usize, allowed_m);
     for (a, silhouette) in attitudes.silhouettes.iter().enumerate() {
         for py in (0..=2 * reach).step_by(step) {
             for px in (0..=2 * reach).step_by(step) {
-                let z = patch.contact_m(silhouette, px, py);
-                let above = z - patch.design[(py + half) * patch.side + px + half];
-                // It settles a little deeper than where it first touches.
-                if above <= settings.overflow_m + 0.05 * block.d_box_m {
-                    rough.push((above, a, px, py, z));
+                let design = patch.design[(py + half) * patch.side + px + half];
+                if let Some(z) = patch.contact_m(silhouette, px, py, design + lowest.limit_m) {
+                    lowest.offer(Laid { above_m: z - design, attitude: a, px, py, z });
                 }
             }
         }
     }
-    let shortlist = 64 * settings.search.verify as usize;
-    if rough.len() > shortlist {
-        rough.select_nth_unstable_by(shortlist, |x, y| x.0.total_cmp(&y.0).then((x.1, x.2, x.3).cmp(&(y.1, y.2, y.3))));
-        rough.truncate(shortlist);
-    }
-    let mut scored: Vec<Candidate> = rough
+    let mut scored: Vec<Candidate> = lowest
+        .into_sorted()
         .into_iter()
-        .map(|(above, a, px, py, z)| {
-            let silhouette = &attitudes.silhouettes[a];
-            let centre = patch.place(stack, px + half, py + half, z);
-            let score_m = above + patch.penalty_m(silhouette, px, py, z, block, settings);
-            Candidate { pose: silhouette::pose_at(block, silhouette.rotation, centre), score_m, centre, attitude: a }
+        .map(|l| {
+            let silhouette = &attitudes.silhouettes[l.attitude];
+            let centre = patch.place(stack, l.px + half, l.py + half, l.z);
+            let score_m = l.above_m + patch.penalty_m(silhouette, l.px, l.py, l.z, block, settings);
+            let pose = silhouette::pose_at(block, silhouette.rotation, centre);
+            Candidate { pose, score_m, centre, attitude: l.attitude }
         })
         .collect();
-    scored.sort_by(|x, y| {
-        x.score_m
-            .total_cmp(&y.score_m)
-            .then(x.attitude.cmp(&y.attitude))
-            .then(x.centre.x.total_cmp(&y.centre.x))
-            .then(x.centre.y.total_cmp(&y.centre.y))
-    });
+    // Stable, on an order that is the same every time.
+    scored.sort_by(|x, y| x.score_m.total_cmp(&y.score_m));
     distinct(scored, block, attitudes, settings)
+}
+
+/// A silhouette laid onto the patch.
+#[derive(Clone, Copy)]
+struct Laid {
+    /// Centroid above the design.
+    above_m: f32,
+    attitude: usize,
+    px: usize,
+    py: usize,
+    z: f32,
+}
+
+impl Laid {
+    fn rank(&self) -> (u32, usize, usize, usize) {
+        // Order-preserving bits of a finite float.
+        let bits = self.above_m.to_bits();
+        let key = if bits >> 31 == 1 { !bits } else { bits | 0x8000_0000 };
+        (key, self.attitude, self.py, self.px)
+    }
+}
+
+/// The `count` deepest so far; `limit_m` tightens as better ones come, so that most need not be laid to the end.
+struct Lowest {
+    count: usize,
+    limit_m: f32,
+    held: Vec<Laid>,
+}
+
+impl Lowest {
+    fn new(count: usize, limit_m: f32) -> Self {
+        Self { count, limit_m, held: Vec::with_capacity(2 * count) }
+    }
+
+    fn offer(&mut self, laid: Laid) {
+        self.held.push(laid);
+        if self.held.len() >= 2 * self.count {
+            self.cut();
+        }
+    }
+
+    fn cut(&mut self) {
+        if self.held.len() > self.count {
+            self.held.select_nth_unstable_by_key(self.count - 1, Laid::rank);
+            self.held.truncate(self.count);
+            self.limit_m = self.held[self.count - 1].above_m;
+        }
+    }
+
+    fn into_sorted(mut self) -> Vec<Laid> {
+        self.cut();
+        self.held.sort_unstable_by_key(Laid::rank);
+        self.held
+    }
 }
 
 /// The first few that differ from all before them by a position or an attitude.
@@ -167,16 +215,27 @@ impl Patch {
         Some(Self { side, x0, y0, surface, design })
     }
 
-    /// Height at which the silhouette with its corner at (px, py) stops; +∞ where it would leave the boundary.
-    fn contact_m(&self, silhouette: &Silhouette, px: usize, py: usize) -> f32 {
+    /// Height at which the silhouette with its corner at (px, py) stops; `None` above `limit_m` or over the boundary.
+    fn contact_m(&self, silhouette: &Silhouette, px: usize, py: usize, limit_m: f32) -> Option<f32> {
+        let mut z = f32::NEG_INFINITY;
+        // A quarter of the rows nearly always shows that a pose is too high.
+        for first in [0, 2, 1, 3] {
+            z = z.max(self.contact_of_rows_m(silhouette, px, py, first));
+            if !(z <= limit_m) {
+                return None;
+            }
+        }
+        z.is_finite().then_some(z)
+    }
+
+    /// The same for every fourth row from `first`.
+    fn contact_of_rows_m(&self, silhouette: &Silhouette, px: usize, py: usize, first: usize) -> f32 {
         let side = silhouette.side();
         let mut highest = [f32::NEG_INFINITY; 4];
-        for (j, &(first, end)) in silhouette.rows.iter().enumerate() {
+        for (j, &(start, end)) in silhouette.rows.iter().enumerate().skip(first).step_by(4) {
             let from = (py + j) * self.side + px;
-            let surface = &self.surface[from + first..from + end];
-            let under = &silhouette.under[j * side + first..j * side + end];
-            let (surface4, surface_rest) = surface.as_chunks::<4>();
-            let (under4, under_rest) = under.as_chunks::<4>();
+            let (surface4, surface_rest) = self.surface[from + start..from + end].as_chunks::<4>();
+            let (under4, under_rest) = silhouette.under[j * side + start..j * side + end].as_chunks::<4>();
             for (s, u) in surface4.iter().zip(under4) {
                 for lane in 0..4 {
                     let gap = s[lane] - u[lane];

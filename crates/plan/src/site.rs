@@ -6,7 +6,7 @@ use crate::{
     search::Attitudes,
     stack::{self, Stack},
 };
-use geom::{HeightMap, Observer, Vec2, Vec3, Warning};
+use geom::{HeightMap, Observer, SeedTree, Vec2, Vec3, Warning};
 use scene::{Catalog, DesignSurface, ModelId, PlacedBlock, Scene, SiteFrame};
 use sim::{BlockShape, World};
 
@@ -40,7 +40,12 @@ pub(crate) struct Site {
 }
 
 /// Checks everything that can be wrong with the input and warns about what is merely odd.
-pub(crate) fn prepare(input: &PlanInput, config: &PlanConfig, observer: &dyn Observer) -> Result<Site, PlanError> {
+pub(crate) fn prepare(
+    input: &PlanInput,
+    config: &PlanConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Site, PlanError> {
     if config.policy == Policy::Network {
         return Err(PlanError::NoPlacementModel);
     }
@@ -77,7 +82,8 @@ pub(crate) fn prepare(input: &PlanInput, config: &PlanConfig, observer: &dyn Obs
             0.1 * block.d_box_m
         ));
     }
-    let attitudes = (settings.policy == Policy::Search).then(|| Attitudes::new(block, &settings));
+    let attitudes =
+        (settings.policy == Policy::Search).then(|| Attitudes::new(block, &settings, seed.child("attitudes", 0)));
     let reach = config.crane.as_ref().map(|c| c.reach(block.mass_kg(), input.frame)).transpose()?;
     let walls = if settings.walls { walls(input)? } else { Vec::new() };
     Ok(Site { settings, model, shapes, attitudes, reach, design, walls })

@@ -1,6 +1,6 @@
 //! The figures of a plan.
 
-use crate::{site::Site, stack::Stack, windows};
+use crate::{porosity, site::Site, stack::Stack, windows};
 use geom::HeightMap;
 use scene::{Placement, PlacementState, PlanSummary};
 
@@ -40,6 +40,9 @@ pub(crate) fn summary(
         block.mesh.vertices.iter().any(|&v| top(v) > site.settings.overflow_m.max(0.0))
     };
     let count = |state: PlacementState| removed.iter().filter(|p| p.state == state).count() as u32;
+    let solids = placements.iter().map(|p| (&block.mesh, p.rest));
+    let rasterised_m3 = porosity::rasterised_volume_m3(solids, stack.surface.cell_m);
+    let porosity_of = |concrete: f64| if bulk_m3 > 0.0 { (1.0 - concrete / bulk_m3) as f32 } else { 0.0 };
     let concrete_m3 = placements.len() as f32 * block.volume_m3;
     PlanSummary {
         rounds: placements.iter().chain(removed).map(|p| p.round).max().unwrap_or(0),
@@ -52,7 +55,8 @@ pub(crate) fn summary(
         concrete_m3,
         mass_kg: placements.len() as f64 * f64::from(block.mass_kg()),
         area_m2: (cells as f64 * cell_m2) as f32,
-        porosity: if bulk_m3 > 0.0 { (1.0 - f64::from(concrete_m3) / bulk_m3) as f32 } else { 0.0 },
+        porosity: porosity_of(f64::from(concrete_m3)),
+        porosity_rasterised: porosity_of(rasterised_m3),
         overflowed: count(PlacementState::Overflow),
         unsettled: count(PlacementState::Unsettled),
         unstable: count(PlacementState::Unstable),

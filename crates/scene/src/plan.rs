@@ -95,6 +95,8 @@ pub struct PlanSummary {
     pub area_m2: f32,
     /// 1 − concrete / volume between the surface before and after: pores of the new layer, in [0, 1].
     pub porosity: f32,
+    /// The same with the concrete measured by raster columns through the posed meshes, overlaps counted once: a check.
+    pub porosity_rasterised: f32,
     /// Blocks tried and removed because they stood too high.
     pub overflowed: u32,
     /// Blocks tried that never came to rest.

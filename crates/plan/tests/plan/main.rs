@@ -3,4 +3,5 @@
 mod bad_input;
 mod ground;
 mod laws_of_a_plan;
+mod replanning;
 mod site;

@@ -1,0 +1,53 @@
+//! Planning on from a plan that is partly built, or whose site was surveyed anew: only what changed is planned again.
+//!
+//! A planned block that stands where it was planned is done. Any other is dropped once more, in its order, onto the pile as it is now;
+//! if it comes to rest where the plan says, it keeps its place in the plan to the last bit. What no longer holds is let
+//! go, and the rounds fill the space.
+
+use crate::{Policy, batches, rounds, site::Site, stack::Stack};
+use geom::Vec2;
+use rayon::prelude::*;
+use scene::{InstanceId, PlacedBlock, Placement, PlacementState, Plan};
+
+/// Placements of `previous` that are still to do and still hold; they are in the stack afterwards.
+pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec<Placement> {
+    let settings = &site.settings;
+    let open: Vec<&Placement> = previous.placements.iter().filter(|p| !is_built(stack, p)).collect();
+    let places: Vec<Vec2> = open.iter().map(|p| (p.drop * stack.catalog.get(p.model).centre).truncate()).collect();
+    let limit_m = if settings.policy == Policy::Random { f32::INFINITY } else { settings.displacement_limit_m };
+    let mut carried: Vec<(usize, Placement)> = Vec::new();
+    for batch in batches::independent(&places, 2.0 * settings.local_radius_m) {
+        let found: Vec<Option<Placement>> =
+            batch.par_iter().map(|&i| still_holds(site, stack, open[i], limit_m)).collect();
+        for (&i, placement) in batch.iter().zip(found) {
+            if let Some(p) = placement {
+                let block = InstanceId(stack.blocks.len() as u32 + 1);
+                stack.add(PlacedBlock { block, model: p.model, site_from_block: p.rest }, 0);
+                carried.push((i, p));
+            }
+        }
+    }
+    carried.sort_by_key(|(i, _)| *i);
+    carried.into_iter().map(|(_, p)| p).collect()
+}
+
+/// Whether a block of this type stands within a quarter of its size of the planned place.
+fn is_built(stack: &Stack, p: &Placement) -> bool {
+    let block = stack.catalog.get(p.model);
+    let planned = p.rest * block.centre;
+    let near = stack.near(planned.x, planned.y, 0.25 * block.d_box_m);
+    near.into_iter()
+        .any(|i| stack.blocks[i].model == p.model && (stack.centre(i) - planned).length() <= 0.25 * block.d_box_m)
+}
+
+fn still_holds(site: &Site, stack: &Stack, p: &Placement, limit_m: f32) -> Option<Placement> {
+    let block = stack.catalog.get(p.model);
+    if p.model != site.model {
+        return None;
+    }
+    let (again, _) = rounds::attempt(site, stack, &p.drop, limit_m, p.round);
+    let moved_m = (again.rest * block.centre - p.rest * block.centre).length();
+    let turned_rad = block.symmetry.rotation_error_rad(again.rest.rotation, p.rest.rotation);
+    let same = moved_m <= 0.25 * site.settings.displacement_limit_m && turned_rad <= 0.1;
+    (again.state == PlacementState::Kept && same).then(|| p.clone())
+}

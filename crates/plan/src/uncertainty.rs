@@ -1,0 +1,147 @@
+//! How sure the count is: percentiles over seeds and over (v, f), and two formulas to hold against it.
+
+use crate::{PlanConfig, PlanError, PlanInput, plan, site};
+use geom::{Observer, SeedTree, Silent};
+use scene::PlanSummary;
+use serde::{Deserialize, Serialize};
+
+/// What to vary.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct UncertaintyConfig {
+    /// Plans for each (v, f).
+    pub seeds: u32,
+    /// Minimum volumes v to try; none: the configured one.
+    pub minimum_volume_m3: Vec<f32>,
+    /// Overflow thresholds f to try; none: the configured one.
+    pub overflow_m: Vec<f32>,
+    /// Layer coefficient k_Δ of the block, for the formula (tetrapod 1.04, Shore Protection Manual).
+    pub layer_coefficient: f32,
+    /// Porosity of the handbook, for the formulas (tetrapod 0.5).
+    pub handbook_porosity: f32,
+}
+
+impl Default for UncertaintyConfig {
+    fn default() -> Self {
+        Self {
+            seeds: 5,
+            minimum_volume_m3: Vec::new(),
+            overflow_m: Vec::new(),
+            layer_coefficient: 1.04,
+            handbook_porosity: 0.5,
+        }
+    }
+}
+
+/// One plan of the study.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Case {
+    /// Minimum volume v.
+    pub minimum_volume_m3: f32,
+    /// Overflow threshold f.
+    pub overflow_m: f32,
+    /// Number of the seed.
+    pub seed: u32,
+    /// Its figures.
+    pub summary: PlanSummary,
+}
+
+/// A tenth, half and nine tenths of the plans need at most this many blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Percentiles {
+    /// P10.
+    pub p10: f32,
+    /// Median.
+    pub p50: f32,
+    /// P90.
+    pub p90: f32,
+}
+
+/// The study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Uncertainty {
+    /// Every plan: v outermost, then f, then the seed.
+    pub cases: Vec<Case>,
+    /// Blocks over all cases.
+    pub blocks: Percentiles,
+    /// N = φ·A·V^(−2/3), φ = n·k_Δ·(1 − P), with whole layers n of the design's mean depth.
+    pub by_layers: f32,
+    /// Deficit · (1 − P) / V with the handbook's porosity.
+    pub by_volume: f32,
+    /// Filled void · (1 − P) / V with the porosity of the median plan's own layer: must come near its count.
+    pub by_own_porosity: f32,
+}
+
+/// Plans again and again. Errors are those of [`plan()`]; the observer's `cancelled` is asked between plans.
+pub fn uncertainty(
+    input: &PlanInput,
+    config: &PlanConfig,
+    study: &UncertaintyConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Uncertainty, PlanError> {
+    if study.seeds == 0 {
+        return Err(PlanError::BadSetting { key: "uncertainty.seeds", value: 0.0, why: "it must be at least 1" });
+    }
+    let prepared = site::prepare(input, config, seed, observer)?;
+    let settings = &prepared.settings;
+    let or_own = |given: &[f32], own: f32| if given.is_empty() { vec![own] } else { given.to_vec() };
+    let volumes = or_own(&study.minimum_volume_m3, settings.minimum_volume_m3);
+    let overflows = or_own(&study.overflow_m, settings.overflow_m);
+    let total = volumes.len() * overflows.len() * study.seeds as usize;
+    observer.event(geom::Event::Started { stage: "uncertainty", total: total as u64 });
+    let mut cases: Vec<Case> = Vec::with_capacity(total);
+    for &v in &volumes {
+        for &f in &overflows {
+            let varied = PlanConfig { minimum_volume_m3: Some(v), overflow_m: Some(f), ..config.clone() };
+            for number in 0..study.seeds {
+                if observer.cancelled() {
+                    return Err(PlanError::Cancelled);
+                }
+                let child = seed.child("uncertainty", u64::from(number));
+                let summary = plan(input, &varied, child, &Silent)?.summary;
+                cases.push(Case { minimum_volume_m3: v, overflow_m: f, seed: number, summary });
+                observer.event(geom::Event::Advanced { stage: "uncertainty", done: cases.len() as u64 });
+            }
+        }
+    }
+    observer.event(geom::Event::Finished { stage: "uncertainty" });
+    let mut counts: Vec<f32> = cases.iter().map(|c| c.summary.blocks as f32).collect();
+    counts.sort_by(f32::total_cmp);
+    let median = median_case(&cases).summary;
+    let volume_m3 = input.catalog.get(prepared.model).volume_m3;
+    let solid = 1.0 - study.handbook_porosity;
+    let depth_m = median.void_before_m3 / median.area_m2.max(f32::MIN_POSITIVE);
+    let layers = (depth_m / (study.layer_coefficient * volume_m3.cbrt())).round();
+    let phi = layers * study.layer_coefficient * solid;
+    Ok(Uncertainty {
+        blocks: Percentiles { p10: at(&counts, 0.1), p50: at(&counts, 0.5), p90: at(&counts, 0.9) },
+        by_layers: phi * median.area_m2 * volume_m3.powf(-2.0 / 3.0),
+        by_volume: median.void_before_m3 * solid / volume_m3,
+        by_own_porosity: (median.void_before_m3 - median.void_after_m3) * (1.0 - median.porosity) / volume_m3,
+        cases,
+    })
+}
+
+/// Linear interpolation between the sorted values.
+fn at(sorted: &[f32], share: f32) -> f32 {
+    let place = share * (sorted.len() - 1) as f32;
+    let (low, high) = (place.floor() as usize, place.ceil() as usize);
+    sorted[low] + (sorted[high] - sorted[low]) * (place - low as f32)
+}
+
+fn median_case(cases: &[Case]) -> &Case {
+    let mut order: Vec<&Case> = cases.iter().collect();
+    order.sort_by_key(|c| c.summary.blocks);
+    order[order.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn percentiles_interpolate() {
+        assert_eq!(super::at(&[10.0], 0.9), 10.0);
+        assert!((super::at(&[0.0, 10.0, 20.0], 0.1) - 2.0).abs() < 1e-6);
+        assert!((super::at(&[0.0, 10.0, 20.0], 0.5) - 10.0).abs() < 1e-6);
+    }
+}
