@@ -6,7 +6,7 @@
 //! checked on the mesh before it counts. A body of revolution is sampled and flagged.
 
 use crate::rotation_group::closure;
-use geom::{MeshError, MeshQuery, Quat, SeedTree, TriMesh, Vec3};
+use geom::{Mat3, MeshError, MeshQuery, Quat, SeedTree, TriMesh, Vec3};
 use rayon::prelude::*;
 use scene::SymmetryGroup;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -151,7 +151,7 @@ fn axes(surface: &Surface, config: &SymmetryConfig) -> Vec<Axis> {
         let refined: Vec<Option<Axis>> = seeds
             .par_iter()
             .map(|&seed| {
-                let direction = surface.refine(seed, angle);
+                let direction = surface.refine(seed, angle)?;
                 surface
                     .is_symmetry(Quat::from_axis_angle(direction, angle))
                     .then(|| Axis { direction, order: surface.order_about(direction, config.max_order) })
@@ -189,6 +189,8 @@ const REACH: f32 = 1.05;
 struct Surface {
     query: MeshQuery,
     mesh_normals: Vec<Vec3>,
+    /// Covariance of the solid; a symmetry keeps it.
+    covariance: Mat3,
     points: Vec<Vec3>,
     field: Vec<f32>,
     rms_tolerance: f32,
@@ -220,13 +222,25 @@ impl Surface {
             .collect();
         let mesh_normals = (0..mesh.triangles.len()).map(|t| mesh.triangle_normal(t)).collect();
         let (rms_tolerance, max_tolerance) = (config.rms_tolerance, config.max_tolerance);
-        Ok(Self { query, mesh_normals, points, field, rms_tolerance, max_tolerance })
+        let covariance = mesh.moments().covariance_m5;
+        Ok(Self { query, mesh_normals, covariance, points, field, rms_tolerance, max_tolerance })
     }
 
     /// Mean distance of some turned points from the surface, by interpolation.
     fn coarse_distance(&self, turn: Quat) -> f32 {
+        if !self.keeps_covariance(turn) {
+            return f32::INFINITY;
+        }
         let used = &self.points[..self.points.len().min(160)];
         used.iter().map(|&p| self.field_at(turn * p)).sum::<f32>() / used.len() as f32
+    }
+
+    /// A cheap necessary condition, loose enough for an axis half a step off.
+    fn keeps_covariance(&self, turn: Quat) -> bool {
+        let r = Mat3::from_quat(turn);
+        let turned = r * self.covariance * r.transpose();
+        let norm = |m: Mat3| m.to_cols_array().iter().map(|v| v * v).sum::<f32>().sqrt();
+        norm(turned - self.covariance) <= 0.15 * norm(self.covariance)
     }
 
     fn field_at(&self, p: Vec3) -> f32 {
@@ -243,21 +257,23 @@ impl Surface {
     }
 
     /// The axis near `seed` whose turn by `angle` keeps the surface best: Gauss-Newton on the point-to-plane
-    /// distances over the axis' two tilts.
-    fn refine(&self, seed: Vec3, angle: f32) -> Vec3 {
+    /// distances over the axis' two tilts. `None` when that leads nowhere.
+    fn refine(&self, seed: Vec3, angle: f32) -> Option<Vec3> {
         const STEP: f32 = 1e-3;
         let mut axis = seed;
-        for _ in 0..12 {
+        for round in 0..12 {
             let (u, v) = axis.any_orthonormal_pair();
             let tilted = |d: Vec3| Quat::from_axis_angle((axis + d).normalize(), angle);
             let here = Quat::from_axis_angle(axis, angle);
             let (left, right) = ([tilted(u * -STEP), tilted(v * -STEP)], [tilted(u * STEP), tilted(v * STEP)]);
             let (mut a, mut b) = ([[0.0_f32; 2]; 2], [0.0_f32; 2]);
-            for &p in self.points.iter().take(300) {
+            let mut off = 0.0;
+            for &p in self.points.iter().take(150) {
                 let q = here * p;
                 let (near, triangle) = self.query.nearest(q);
                 let normal = self.mesh_normals[triangle as usize];
                 let residual = normal.dot(q - near);
+                off += (q - near).length() / 150.0;
                 let weight = 1.0 / (1.0 + (residual / 0.05).powi(2));
                 let j = [0, 1].map(|k| normal.dot(right[k] * p - left[k] * p) / (2.0 * STEP));
                 for r in 0..2 {
@@ -266,6 +282,9 @@ impl Surface {
                         a[r][c] += weight * j[r] * j[c];
                     }
                 }
+            }
+            if round == 5 && off > 4.0 * self.rms_tolerance {
+                return None;
             }
             let ridge = 1e-6 * (a[0][0] + a[1][1]) + 1e-12;
             let (a00, a11) = (a[0][0] + ridge, a[1][1] + ridge);
@@ -277,7 +296,7 @@ impl Surface {
                 break;
             }
         }
-        axis
+        Some(axis)
     }
 
     fn is_symmetry(&self, turn: Quat) -> bool {
