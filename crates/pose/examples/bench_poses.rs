@@ -5,7 +5,7 @@
 //! `degraded` (what a network gives: two centres a block off by 0.15 d_max, a fifth false, a quarter of the points
 //! foreign) or `none` (no segmentation at all), and KEY=VALUE sets a key of the stage's configuration.
 
-use geom::{SeedTree, Silent, Vec3};
+use geom::{Event, Observer, SeedTree, Vec3};
 use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
 use pose::PoseConfig;
 use rand::RngExt;
@@ -13,6 +13,18 @@ use rand::seq::SliceRandom;
 use scene::{BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Segmentation, Shape};
 use std::time::Instant;
 use synth::{Recipe, SynthScene};
+
+/// Says when each search began and ended.
+struct Clock(Instant);
+
+impl Observer for Clock {
+    fn event(&self, event: Event) {
+        let verbose = std::env::var_os("VERBOSE").is_some();
+        if verbose && !matches!(event, Event::Advanced { .. }) {
+            println!("  {:.2} s {event:?}", self.0.elapsed().as_secs_f64());
+        }
+    }
+}
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -51,7 +63,7 @@ fn main() {
             },
         };
         let start = Instant::now();
-        let found = pose::recognise(&made.survey, &segmentation, &catalog, &config, SeedTree::new(1), &Silent)
+        let found = pose::recognise(&made.survey, &segmentation, &catalog, &config, SeedTree::new(1), &Clock(start))
             .expect("a synthetic scene is sound input");
         let took = start.elapsed().as_secs_f64();
         let truths: Vec<TrueBlock> = made

@@ -14,13 +14,15 @@ pub struct Signs {
     pub rival: f32,
     /// Share of the surface with points on it.
     pub visible: f32,
-    /// Points it explains.
-    pub points: usize,
+    /// By how many nats the type beats the next; infinite with one type.
+    pub type_margin: f32,
 }
 
 /// The probability, in [0, 1].
 pub fn confidence(signs: &Signs) -> f32 {
     let z = -4.0 + 8.0 * signs.gain.min(0.6) + 4.0 * (signs.agreement - 0.5) - 3.0 * (signs.rival - 0.7).max(0.0)
         + 4.0 * signs.visible.min(0.4);
-    1.0 / (1.0 + (-z).exp())
+    let pose = 1.0 / (1.0 + (-z).exp());
+    let kind = 1.0 / (1.0 + (-signs.type_margin).exp());
+    pose * kind
 }

@@ -109,6 +109,8 @@ pub struct EvidenceConfig {
     pub min_score: f32,
     /// Least share of the surface that ought to be seen and is.
     pub min_agreement: f32,
+    /// Blocks less sure than this are reported as not judged.
+    pub min_confidence: f32,
 }
 
 impl Default for EvidenceConfig {
@@ -121,6 +123,7 @@ impl Default for EvidenceConfig {
             overlap_weight: 2.0,
             min_score: 0.12,
             min_agreement: 0.6,
+            min_confidence: 0.5,
         }
     }
 }
@@ -191,6 +194,7 @@ impl PoseConfig {
             ("search.working_cell", s.working_cell, 1e-3, 0.5, "must be 0.001 to 0.5"),
             ("evidence.surface_samples", e.surface_samples as f32, 50.0, 1e5, "must be 50 or more"),
             ("evidence.reach_sd", e.reach_sd, 1.0, 10.0, "must be 1 to 10"),
+            ("evidence.min_confidence", e.min_confidence, 0.0, 1.0, "must be 0 to 1"),
             ("evidence.min_agreement", e.min_agreement, 0.0, 1.0, "must be 0 to 1"),
             ("ppf.distance_step", p.distance_step, 0.01, 0.5, "must be 0.01 to 0.5"),
             ("ppf.angle_step_rad", p.angle_step_rad, 0.02, 1.6, "must be 0.02 to 1.6"),
@@ -198,7 +202,7 @@ impl PoseConfig {
             ("ppf.refined", p.refined as f32, 1.0, 1e3, "must be 1 or more"),
         ];
         for (key, value, low, high, rule) in rules {
-            if !(value > 0.0 || key == "search.centre_offset" || low == 0.0) || !(low..=high).contains(&value) {
+            if !(low..=high).contains(&value) || (key == "noise_sd_m" && value == 0.0) {
                 return Err(PoseError::BadConfig { key, value: f64::from(value), rule });
             }
         }

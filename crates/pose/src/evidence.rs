@@ -77,7 +77,7 @@ pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config:
             Some(Seen::Unknown) => unknown += 1.0,
             Some(Seen::Hidden) | None => {}
         }
-        let depth = measured.bed.map_or(0.0, |bed| -bed.distance_m(p));
+        let depth = measured.bed.map_or(0.0, |bed| -bed.plane.distance_m(p) - bed.relief_m);
         under += ((depth - deep) / deep).clamp(0.0, 1.0);
     }
     let area = template.sample_area_m2;

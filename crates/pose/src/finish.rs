@@ -1,12 +1,13 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
-use crate::PoseConfig;
 use crate::acceptance::Candidate;
 use crate::confidence::{Signs, confidence};
 use crate::evidence::reach_m;
 use crate::fit::{CentredPose, FitPoint, covariance, fit};
 use crate::measured::Measured;
 use crate::template::Template;
+use crate::types::decide;
+use crate::{EvidenceConfig, PoseConfig};
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
 use scene::{InstanceId, Judgement, Recognised, Survey};
@@ -25,6 +26,8 @@ pub struct Accepted {
     pub rival: f32,
     /// Best candidate of another type at this place.
     pub other_type: Option<(usize, CentredPose)>,
+    /// By how many nats the type beats the next; infinite with one type.
+    pub type_margin: f32,
 }
 
 /// Points a refinement uses at most.
@@ -83,6 +86,7 @@ fn fit_points(survey: &Survey, measured: &Measured, index: &[u32]) -> Vec<FitPoi
 pub fn refine(
     survey: &Survey,
     blocks: &mut [Accepted],
+    pool: &[Candidate],
     templates: &[Template],
     measured: &Measured,
     config: &PoseConfig,
@@ -90,7 +94,10 @@ pub fn refine(
     let points = &survey.cloud.position_m;
     let cell = templates.iter().map(|t| t.model.d_max_m).fold(f32::INFINITY, f32::min) * 0.2;
     let grid = PointGrid::new(points, cell.max(f32::MIN_POSITIVE));
-    for _ in 0..2 {
+    for round in 0..2 {
+        if round == 1 && config.verification {
+            decide(survey, &grid, blocks, pool, templates, measured);
+        }
         let own = members(&label(points, &grid, blocks, templates, measured, config), blocks.len());
         blocks.par_iter_mut().zip(&own).for_each(|(block, own)| {
             let template = &templates[block.template];
@@ -112,6 +119,7 @@ pub fn statement(
     points: Vec<u32>,
     templates: &[Template],
     measured: &Measured,
+    config: &EvidenceConfig,
 ) -> Recognised {
     let template = &templates[block.template];
     let model = template.model;
@@ -129,15 +137,18 @@ pub fn statement(
         agreement: block.agreement,
         rival: block.rival,
         visible: 1.0 - occlusion,
-        points: points.len(),
+        type_margin: block.type_margin,
     };
-    let judged = points.len() >= crate::search::FEWEST_POINTS && covariance.is_some_and(|c| certain(&c, model.d_box_m));
+    let confidence = confidence(&signs);
+    let judged = confidence >= config.min_confidence
+        && points.len() >= crate::search::FEWEST_POINTS
+        && covariance.is_some_and(|c| certain(&c, model.d_box_m));
     Recognised {
         block: InstanceId(0),
         model: template.id,
         site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
         judgement: if judged { Judgement::Accepted } else { Judgement::NotJudged },
-        confidence: confidence(&signs),
+        confidence,
         fitness_m: distance(template, &block.at),
         runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
         occlusion,

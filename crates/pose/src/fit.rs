@@ -28,11 +28,6 @@ pub struct CentredPose {
 }
 
 impl CentredPose {
-    /// From a pose of the mesh file's frame.
-    pub fn of(pose: &Pose, block_centre: Vec3) -> Self {
-        Self { rotation: pose.rotation, centre: *pose * block_centre }
-    }
-
     /// As a pose of the mesh file's frame.
     pub fn pose(&self, block_centre: Vec3) -> Pose {
         Pose::from_parts(self.centre - self.rotation * block_centre, self.rotation)
@@ -162,11 +157,6 @@ pub fn fit(model: &FitModel, points: &[FitPoint], start: CentredPose, scales_m: 
         at.rotation = (Quat::from_scaled_axis(turn) * at.rotation).normalize();
     }
     (at, score)
-}
-
-/// Score of a pose at one scale, per point.
-pub fn score(model: &FitModel, points: &[FitPoint], at: &CentredPose, scale_m: f32) -> f32 {
-    assemble(model, points, at, scale_m).score / points.len().max(1) as f32
 }
 
 /// Covariance of a fitted pose — (tx, ty, tz, rx, ry, rz) about the block's centre, site axes, row-major — from the

@@ -24,7 +24,7 @@ pub fn unexplained(
         .map(|i| {
             let p = measured.position[i];
             let reach = reach_m(measured, &templates[0], config);
-            taken[i] < 0.05 && measured.bed.is_none_or(|bed| bed.distance_m(p) > 2.0 * reach)
+            taken[i] < 0.05 && measured.bed.is_none_or(|bed| bed.plane.distance_m(p) > bed.relief_m + reach)
         })
         .collect();
     for block in accepted {

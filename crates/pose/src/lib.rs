@@ -19,6 +19,7 @@ mod search;
 mod sight;
 mod template;
 mod thesis;
+mod types;
 
 pub use config::{EvidenceConfig, IcpError, Method, PoseConfig, PpfConfig, SearchConfig};
 pub use error::PoseError;

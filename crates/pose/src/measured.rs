@@ -24,12 +24,23 @@ pub struct Measured {
     pub point_area_m2: f32,
     /// Typical distance between working points, metres.
     pub spacing_m: f32,
+    /// Typical distance between the survey's own points, metres.
+    pub survey_spacing_m: f32,
     /// Standard deviation of a point, metres.
     pub noise_sd_m: f32,
     /// What each sensor saw first along its rays.
     pub sight: Sight,
     /// The bed under the pile, where there is one.
-    pub bed: Option<Plane>,
+    pub bed: Option<Bed>,
+}
+
+/// A bed: stones stand out of its plane and gaps reach below.
+#[derive(Clone, Copy, Debug)]
+pub struct Bed {
+    /// Its middle.
+    pub plane: Plane,
+    /// How far it reaches above and below the plane, metres.
+    pub relief_m: f32,
 }
 
 impl Measured {
@@ -48,11 +59,25 @@ impl Measured {
             let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions);
             geom::normals(&position, radius_m, &direction)
         };
-        let point_area_m2 = point_area_m2(&position, &grid, cell_m);
+        let point_area_m2 = point_area_of_m2(&position, &grid, cell_m);
         let spacing_m = point_area_m2.sqrt();
+        let everything = PointGrid::new(all, cell_m * 2.0);
+        let survey_spacing_m = point_area_of_m2(all, &everything, cell_m).sqrt();
         let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
         let bed = bed(&position, d_max_m, noise_sd_m, seed);
-        Self { position, normal, to_sensor, thinned, grid, point_area_m2, spacing_m, noise_sd_m, sight, bed }
+        Self {
+            position,
+            normal,
+            to_sensor,
+            thinned,
+            grid,
+            point_area_m2,
+            spacing_m,
+            survey_spacing_m,
+            noise_sd_m,
+            sight,
+            bed,
+        }
     }
 
     /// Working points of survey points, each once, ascending.
@@ -72,7 +97,7 @@ pub fn toward_sensor(p: Vec3, sensors: &[Vec3]) -> Vec3 {
 }
 
 /// Median area of a point from the number of neighbours on a disc.
-fn point_area_m2(position: &[Vec3], grid: &PointGrid, cell_m: f32) -> f32 {
+fn point_area_of_m2(position: &[Vec3], grid: &PointGrid, cell_m: f32) -> f32 {
     let radius_m = 3.0 * cell_m;
     let step = position.len().div_ceil(500).max(1);
     let mut area: Vec<f32> = position
@@ -88,8 +113,9 @@ fn point_area_m2(position: &[Vec3], grid: &PointGrid, cell_m: f32) -> f32 {
     area.get(area.len() / 2).copied().unwrap_or(cell_m * cell_m)
 }
 
-/// The plane the lowest points lie on, if they do: a bed or a floor has nothing but outliers below it.
-fn bed(position: &[Vec3], d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Option<Plane> {
+/// The plane the lowest points lie on, if they do: a bed or a floor has nothing but outliers below it. Rubble of
+/// stones up to a quarter of a block still counts as a plane with relief.
+fn bed(position: &[Vec3], d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Option<Bed> {
     let bounds = Bounds::of(position.iter().copied());
     if bounds.is_empty() {
         return None;
@@ -107,9 +133,13 @@ fn bed(position: &[Vec3], d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Opti
         let low = &mut lowest[column(p)];
         *low = low.min(p.z);
     }
-    let thickness_m = (3.0 * noise_sd_m).max(0.02 * d_max_m);
-    let low: Vec<Vec3> = position.iter().copied().filter(|&p| p.z < lowest[column(p)] + 2.0 * thickness_m).collect();
-    let (plane, inliers) = find_plane(&low, thickness_m, Some(0.35), seed)?;
-    let below = position.iter().filter(|&&p| plane.distance_m(p) < -2.0 * thickness_m).count();
-    (inliers * 3 > low.len() && below * 50 < position.len()).then_some(plane)
+    let thickness_m = (3.0 * noise_sd_m).max(0.08 * d_max_m);
+    let low: Vec<Vec3> = position.iter().copied().filter(|&p| p.z < lowest[column(p)] + 3.0 * thickness_m).collect();
+    let (plane, inliers) = find_plane(&low, thickness_m, Some(0.6), seed)?;
+    let below = position.iter().filter(|&&p| plane.distance_m(p) < -3.0 * thickness_m).count();
+    if inliers * 10 < low.len() || below * 50 > position.len() {
+        return None;
+    }
+    let square: f32 = low.iter().map(|&p| plane.distance_m(p)).filter(|d| d.abs() <= thickness_m).map(|d| d * d).sum();
+    Some(Bed { plane, relief_m: 2.0 * (square / inliers as f32).sqrt() })
 }

@@ -10,7 +10,7 @@ use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
 use crate::{Method, PoseConfig, PoseError, leftovers, thesis};
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, InstanceId, Judgement, Recognised, Segmentation, Survey};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -46,8 +46,9 @@ pub fn recognise(
     let mut pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
     let mut acceptance = accept(&pool, &templates, &measured, &config.evidence);
     if config.re_search {
+        let mut searched = Vec::new();
         for round in 1..=config.rounds as u64 {
-            let more = stage.leftover_candidates(&pool, &acceptance, round)?;
+            let more = stage.leftover_candidates(&pool, &acceptance, &mut searched, round)?;
             if more.is_empty() {
                 break;
             }
@@ -133,20 +134,30 @@ impl Stage<'_> {
         &mut self,
         pool: &[Candidate],
         acceptance: &Acceptance,
+        searched: &mut Vec<Vec3>,
         round: u64,
     ) -> Result<Vec<Origin>, PoseError> {
         let accepted: Vec<&Candidate> = acceptance.accepted.iter().map(|a| &pool[a.0]).collect();
         let open =
             leftovers::unexplained(self.measured, &acceptance.taken, &accepted, self.templates, &self.config.evidence);
-        let mut tasks = Vec::new();
+        let mut tasks: Vec<Task> = Vec::new();
         let mut sizes: Vec<f32> = self.templates.iter().map(|t| t.model.d_max_m).collect();
         sizes.sort_by(f32::total_cmp);
+        let sizes_m = sizes[0];
         // Sizes within a third of each other share their neighbourhoods.
         sizes.dedup_by(|a, b| *a < *b * 1.33);
         for d_max_m in sizes {
             tasks.extend(leftovers::tasks(self.measured, &open, d_max_m));
         }
+        // The same points searched again would give the same poses.
+        tasks.retain(|t| !searched.iter().any(|s| (*s - t.centre).length() < 0.1 * sizes_m));
+        searched.extend(tasks.iter().map(|t| t.centre));
+        self.note(format!("round {round}: {} accepted, {} places left to search", accepted.len(), tasks.len()));
         self.candidates(&tasks, round)
+    }
+
+    fn note(&self, message: String) {
+        self.observer.event(Event::Noted { stage: STAGE, message });
     }
 
     /// Without verification: the type of smallest fitness for each segment (METHOD §4), its best pose.
@@ -184,14 +195,17 @@ impl Stage<'_> {
                     agreement: winner.evidence.agreement,
                     rival,
                     other_type,
+                    type_margin: f32::INFINITY,
                 }
             })
             .collect();
-        let points = refine(survey, &mut blocks, self.templates, self.measured, self.config);
+        let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
         let mut found: Vec<Recognised> = blocks
             .par_iter()
             .zip(points)
-            .map(|(block, points)| statement(survey, block, points, self.templates, self.measured))
+            .map(|(block, points)| {
+                statement(survey, block, points, self.templates, self.measured, &self.config.evidence)
+            })
             .collect();
         found.extend(self.not_judged(survey, tasks, candidates, &found));
         for (n, block) in found.iter_mut().enumerate() {

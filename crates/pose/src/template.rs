@@ -14,11 +14,16 @@ pub struct Template<'a> {
     pub field: DistanceField,
     /// Even samples of the outside and their outward normals, block coordinates.
     pub surface: Vec<(Vec3, Vec3)>,
-    /// Area one sample stands for, m².
+    /// Many samples of the outside, for questions of a few centimetres; empty with one type.
+    pub dense_surface: Vec<(Vec3, Vec3)>,
+    /// Area one sample of `surface` stands for, m².
     pub sample_area_m2: f32,
     /// Starts of the rotation search, one per physical orientation.
     pub rotations: Vec<Quat>,
 }
+
+/// Samples that tell types apart.
+const DENSE: usize = 8000;
 
 /// Prepares all types. Errors: [`PoseError::NoModels`], [`PoseError::Mesh`].
 pub fn templates<'a>(
@@ -29,12 +34,14 @@ pub fn templates<'a>(
     if catalog.is_empty() {
         return Err(PoseError::NoModels);
     }
-    catalog.iter().map(|(id, model)| template(id, model, config, seed)).collect()
+    let dense = if catalog.len() > 1 { DENSE } else { 0 };
+    catalog.iter().map(|(id, model)| template(id, model, dense, config, seed)).collect()
 }
 
 fn template<'a>(
     id: ModelId,
     model: &'a BlockModel,
+    dense: usize,
     config: &PoseConfig,
     seed: SeedTree,
 ) -> Result<Template<'a>, PoseError> {
@@ -43,9 +50,10 @@ fn template<'a>(
     let margin_m = 0.3 * model.d_max_m;
     let field = DistanceField::new(&model.mesh, config.search.field_cells, margin_m).map_err(named)?;
     let surface = even_surface(model, config.evidence.surface_samples, seed.child("surface", u64::from(id.0)));
+    let dense_surface = model.mesh.sample_surface(dense, &mut seed.child("dense", u64::from(id.0)).rng());
     let sample_area_m2 = model.mesh.area_m2() / surface.len().max(1) as f32;
     let rotations = rotation_grid(&model.symmetry, config.search.rotation_spacing_rad, config.search.max_rotations);
-    Ok(Template { id, model, field, surface, sample_area_m2, rotations })
+    Ok(Template { id, model, field, surface, dense_surface, sample_area_m2, rotations })
 }
 
 /// Surface samples thinned from a dense draw by farthest-first order, so that no leg is short of them.

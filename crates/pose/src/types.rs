@@ -1,0 +1,180 @@
+//! Which type an accepted block is, when the catalogue has several: the decision by likelihood.
+//!
+//! Types of one shape and nearly one size explain the same points nearly as well, so the score that accepts blocks
+//! is too blunt to tell them apart. Here every type is fitted to the same points and judged by how likely these are:
+//! a point off the surface (the rim of a larger block) is unlikely, and so is surface in plain sight without points
+//! (the rim of a smaller one). Blur at the edges by the noise is part of the model.
+
+use crate::acceptance::Candidate;
+use crate::finish::Accepted;
+use crate::fit::{CentredPose, FitPoint, fit};
+use crate::measured::{Measured, toward_sensor};
+use crate::sight::Seen;
+use crate::template::Template;
+use geom::{PointGrid, Vec3};
+use rayon::prelude::*;
+use scene::Survey;
+
+/// Points a decision uses at most.
+const MOST_POINTS: usize = 3000;
+/// Points at the same place of the surface err together; this many count as one.
+const POINTS_A_FACT: f32 = 4.0;
+
+/// Decides the type of every block; poses and rivals change with it.
+pub fn decide(
+    survey: &Survey,
+    grid: &PointGrid,
+    blocks: &mut [Accepted],
+    pool: &[Candidate],
+    templates: &[Template],
+    measured: &Measured,
+) {
+    if templates.len() < 2 {
+        return;
+    }
+    let neighbours: Vec<(usize, CentredPose)> = blocks.iter().map(|b| (b.template, b.at)).collect();
+    blocks.par_iter_mut().enumerate().for_each(|(entry, block)| {
+        let case = Case { survey, grid, templates, measured, neighbours: &neighbours, entry };
+        let contenders = contenders(block, pool, templates);
+        let (points, each) = case.points(&contenders);
+        let mut judged: Vec<(f32, usize, CentredPose)> = contenders
+            .into_iter()
+            .map(|(t, at)| {
+                let sd = measured.noise_sd_m.max(0.3 * templates[t].field.cell_m());
+                let at =
+                    fit(&templates[t].fit_model(), &points, at, &[4.0 * sd, 3.0 * sd, 2.0 * sd, 2.0 * sd, 2.0 * sd]).0;
+                (case.charge(t, &at, &points, each), t, at)
+            })
+            .collect();
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (best, t, at) = judged[0];
+        let second = judged.iter().find(|j| j.1 != t);
+        (block.template, block.at) = (t, at);
+        block.other_type = second.map(|s| (s.1, s.2));
+        block.type_margin = second.map_or(f32::INFINITY, |s| (s.0 - best) / POINTS_A_FACT);
+    });
+}
+
+/// The block's own pose as every type, and the best candidates of each type at its place.
+fn contenders(block: &Accepted, pool: &[Candidate], templates: &[Template]) -> Vec<(usize, CentredPose)> {
+    let mut contenders = Vec::new();
+    for (t, template) in templates.iter().enumerate() {
+        contenders.push((t, block.at));
+        let mut near: Vec<&Candidate> = pool
+            .iter()
+            .filter(|c| c.template == t && (c.at.centre - block.at.centre).length() < 0.5 * template.model.d_max_m)
+            .collect();
+        near.sort_by(|a, b| b.evidence.score().total_cmp(&a.evidence.score()));
+        contenders.extend(near.into_iter().take(2).map(|c| (t, c.at)));
+    }
+    contenders
+}
+
+struct Case<'a> {
+    survey: &'a Survey,
+    grid: &'a PointGrid,
+    templates: &'a [Template<'a>],
+    measured: &'a Measured,
+    neighbours: &'a [(usize, CentredPose)],
+    entry: usize,
+}
+
+impl Case<'_> {
+    /// Survey points near any contender's surface that no neighbour explains better, thinned, and how many each stands for.
+    fn points(&self, contenders: &[(usize, CentredPose)]) -> (Vec<FitPoint>, f32) {
+        let sd = self.measured.noise_sd_m;
+        let own = &self.neighbours[self.entry];
+        let reach = contenders.iter().map(|c| self.templates[c.0].model.d_max_m).fold(0.0, f32::max) * 1.1;
+        let others: Vec<_> = self
+            .neighbours
+            .iter()
+            .enumerate()
+            .filter(|(n, o)| *n != self.entry && (o.1.centre - own.1.centre).length() < 2.2 * reach)
+            .map(|(_, o)| (&self.templates[o.0], o.1.pose(self.templates[o.0].model.centre).inverse()))
+            .collect();
+        let frames: Vec<_> = contenders
+            .iter()
+            .map(|c| (&self.templates[c.0], c.1.pose(self.templates[c.0].model.centre).inverse()))
+            .collect();
+        let near = 3.0 * sd + 0.05 * reach;
+        let mut index = Vec::new();
+        self.grid.for_each_within(own.1.centre, reach, |i, p, _| {
+            let best = frames.iter().map(|(t, f)| t.field.distance_m(*f * p).abs()).fold(f32::INFINITY, f32::min);
+            let other = others.iter().map(|(t, f)| t.field.distance_m(*f * p).abs()).fold(f32::INFINITY, f32::min);
+            if best < near && (other > 4.0 * sd || best < 0.5 * other) {
+                index.push(i);
+            }
+        });
+        index.sort_unstable();
+        let stride = index.len().div_ceil(MOST_POINTS).max(1);
+        let points = index
+            .into_iter()
+            .step_by(stride)
+            .map(|i| {
+                let working = self.measured.thinned.owner[i as usize] as usize;
+                FitPoint {
+                    position: self.survey.cloud.position_m[i as usize],
+                    normal: self.measured.normal[working],
+                    to_sensor: self.measured.to_sensor[working],
+                }
+            })
+            .collect();
+        (points, stride as f32)
+    }
+
+    /// Negative log-likelihood of a contender, up to a constant of the block: points are a Poisson process whose
+    /// intensity is the survey's density on the visible surface, blurred by the noise, over a thin background.
+    fn charge(&self, t: usize, at: &CentredPose, points: &[FitPoint], each: f32) -> f32 {
+        let template = &self.templates[t];
+        let site_from_block = at.pose(template.model.centre);
+        let spacing = self.measured.survey_spacing_m;
+        let surface = &template.dense_surface;
+        let area_m2 = template.sample_area_m2 * template.surface.len() as f32 / surface.len().max(1) as f32;
+        let margin = (1.6 * spacing).max(2.0 * self.measured.noise_sd_m);
+        let mut plain_m2 = 0.0;
+        let (mut place, mut normal) = (Vec::new(), Vec::new());
+        for &(p, n) in surface {
+            let (p, n) = (site_from_block * p, site_from_block.rotation * n);
+            let seen = matches!(self.measured.sight.of_surface(p, n, margin), Some(Seen::Here | Seen::Through));
+            let facing = n.dot(toward_sensor(p, &self.survey.sensor_positions));
+            if facing < 0.0 || (facing > 0.3 && !seen) || self.buried(p) {
+                continue;
+            }
+            // Steep faces are measured thinly or not at all: they may explain points but owe none.
+            if facing > 0.3 {
+                plain_m2 += area_m2;
+            }
+            place.push(p);
+            normal.push(n);
+        }
+        let along = self.measured.noise_sd_m.max(0.3 * template.field.cell_m());
+        let across = self.measured.noise_sd_m.max(0.7 * area_m2.sqrt());
+        let grid = PointGrid::new(&place, 2.0 * across);
+        let density = 1.0 / (spacing * spacing);
+        // Intensity over its peak on the surface, which all contenders share; a fiftieth of it is chance.
+        let share = area_m2 / (std::f32::consts::TAU * across * across);
+        let explained: f32 = points
+            .iter()
+            .map(|point| {
+                let mut sum = 0.0;
+                grid.for_each_within(point.position, 3.0 * along.max(across), |i, q, d2| {
+                    let off = (point.position - q).dot(normal[i as usize]);
+                    let exponent = (off / along).powi(2) + (d2 - off * off).max(0.0) / (across * across);
+                    sum += (-0.5 * exponent).exp();
+                });
+                (sum * share + 0.02).ln()
+            })
+            .sum();
+        density * plain_m2 - explained * each
+    }
+
+    /// Whether a place lies in an accepted neighbour, where nobody can look.
+    fn buried(&self, p: Vec3) -> bool {
+        self.neighbours.iter().enumerate().any(|(n, (t, at))| {
+            let template = &self.templates[*t];
+            n != self.entry
+                && (at.centre - p).length() < template.model.d_max_m
+                && template.field.distance_m(at.pose(template.model.centre).inverse() * p) < 0.0
+        })
+    }
+}
