@@ -5,6 +5,7 @@
 
 pub mod colour;
 pub mod input;
+pub mod picture;
 pub mod still;
 pub mod text;
 
@@ -21,5 +22,6 @@ mod view_data;
 pub use error::ReportError;
 pub use input::{Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind};
 pub use page::html;
+pub use picture::{pile_picture, site_picture};
 pub use still::{Camera, Image, Lens, StillMesh, StillPoints, still};
 pub use text::Text;

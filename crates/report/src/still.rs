@@ -104,6 +104,18 @@ pub struct Image {
 }
 
 impl Image {
+    /// The picture on a plain ground instead of a transparent one.
+    pub fn on(mut self, ground: Rgb) -> Self {
+        for pixel in self.rgba.chunks_exact_mut(4) {
+            let cover = u16::from(pixel[3]);
+            for k in 0..3 {
+                pixel[k] = ((u16::from(pixel[k]) * cover + u16::from(ground[k]) * (255 - cover)) / 255) as u8;
+            }
+            pixel[3] = 255;
+        }
+        self
+    }
+
     /// As a PNG file.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         let mut bytes = Vec::new();

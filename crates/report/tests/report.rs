@@ -278,3 +278,17 @@ fn a_still_shows_the_nearer_of_two_cubes() {
     assert_eq!(at(2, 2)[3], 0);
     assert_eq!(&image.png().unwrap()[1..4], b"PNG");
 }
+
+#[test]
+fn a_site_is_a_picture_of_its_blocks() {
+    let f = fixture();
+    let image = site_picture(&input(&f), 120, 80);
+    let drawn = image.rgba.chunks(4).filter(|p| p[3] == 255).count();
+    assert!((800..8000).contains(&drawn), "{drawn}");
+    let orange = image.rgba.chunks(4).filter(|p| p[3] == 255 && p[0] > 2 * p[2].max(1) && p[0] > 100).count();
+    assert!(orange > 50, "{orange}");
+    assert!(image.on([255, 255, 255]).rgba.chunks(4).all(|p| p[3] == 255));
+    let empty = ReportInput::new("", &f.survey, &f.catalog);
+    assert!(site_picture(&empty, 60, 40).rgba.chunks(4).any(|p| p[3] > 0));
+    assert_eq!(pile_picture(&[], &f.catalog, 60, 40).width, 60);
+}

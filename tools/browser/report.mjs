@@ -1,0 +1,94 @@
+// Opens a report in a real browser and uses it: no request may leave, no script may fail, controls must act.
+//
+//   npm install playwright-core
+//   CHROMIUM=/usr/bin/chromium node report.mjs run/report.html [folder for screenshots]
+//
+// Software rendering, so that it runs on a machine without a screen. Prints one line a check; exit 1 when one fails.
+
+import { chromium } from "playwright-core";
+import { mkdirSync } from "node:fs";
+import { resolve } from "node:path";
+
+const [, , file, pictures] = process.argv;
+if (!file) {
+  console.error("usage: node report.mjs REPORT.html [SCREENSHOT_FOLDER]");
+  process.exit(2);
+}
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM || "/usr/bin/chromium",
+  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
+});
+const page = await browser.newPage({ viewport: { width: 1360, height: 900 }, locale: "en-GB" });
+const requests = [], errors = [];
+page.on("request", r => { if (!/^(data|blob):/.test(r.url())) requests.push(r.url()); });
+page.on("pageerror", e => errors.push(e.message));
+page.on("console", m => { if (m.type() === "error") errors.push(m.text()); });
+
+let failed = 0;
+const check = (what, ok, detail = "") => {
+  console.log(`${ok ? "ok    " : "FAILED"} ${what} ${detail}`);
+  if (!ok) failed++;
+};
+const shot = async (name, selector) => {
+  if (!pictures) return;
+  mkdirSync(pictures, { recursive: true });
+  const path = `${pictures}/${name}.png`;
+  await (selector ? page.locator(selector).screenshot({ path }) : page.screenshot({ path, fullPage: true }));
+};
+const picture = () => page.evaluate(() => { viewer.drawNow(); return viewer.canvas.toDataURL(); });
+const changes = async (what, act) => {
+  const before = await picture();
+  await act();
+  check(`${what} changes the picture`, before !== await picture());
+};
+
+const start = Date.now();
+await page.goto("file://" + resolve(file));
+await page.waitForFunction(() => document.documentElement.dataset.ready, null, { timeout: 120000 });
+check("3D view is ready", await page.evaluate(() => document.documentElement.dataset.ready) === "yes", `after ${Date.now() - start} ms`);
+await shot("report");
+await shot("view", "#stage");
+
+const { found, added } = await page.evaluate(() => ({ found: viewer.data.found.length, added: viewer.data.added.length }));
+console.log(`       ${found} blocks found, ${added} to place`);
+if (found) {
+  const row = page.locator("tr[data-block]").first();
+  await changes("a clicked row", () => row.click());
+  check("the row is marked", await row.evaluate(r => r.classList.contains("chosen")));
+  // The view now centres on that block: a click in the middle must find a block.
+  const box = await page.locator("#canvas").boundingBox();
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  check("a click in the view marks one row", await page.locator("tr.chosen").count() === 1);
+  check("and says what it is", (await page.textContent("#info")).length > 5, JSON.stringify(await page.textContent("#info")));
+}
+await page.click("#reset");
+if (added) {
+  await changes("the placing order", () => page.locator("#order").evaluate(s => { s.value = 1; s.dispatchEvent(new Event("input")); }));
+  await page.locator("#order").evaluate(s => { s.value = s.max; s.dispatchEvent(new Event("input")); });
+}
+await changes("a key", () => page.locator("#canvas").press("ArrowLeft"));
+await changes("the view from above", () => page.click("#from-above"));
+await page.click("#reset");
+await changes("the cut", () => page.selectOption("#cut-axis", "1"));
+await shot("cut", "#stage");
+await page.selectOption("#cut-axis", "");
+for (const mode of await page.locator("#point-colour option").evaluateAll(o => o.map(x => x.value).slice(1))) {
+  await changes(`points by ${mode}`, () => page.selectOption("#point-colour", mode));
+}
+if (found) await changes("blocks by confidence", () => page.selectOption("#block-colour", "confidence"));
+await page.click("#measure");
+const box = await page.locator("#canvas").boundingBox();
+for (const [x, y] of [[0.46, 0.5], [0.54, 0.55]]) await page.mouse.click(box.x + box.width * x, box.y + box.height * y);
+await picture();
+check("measuring gives a distance", /distance [\d.]+ m/.test(await page.textContent("#info")), JSON.stringify(await page.textContent("#info")));
+await page.click("#measure");
+
+await page.click("[data-set-lang=ja]");
+check("Japanese", await page.locator("h2 [lang=ja]").first().isVisible() && !await page.locator("h2 [lang=en]").first().isVisible());
+await shot("report-ja");
+await page.click("[data-set-lang=en]");
+
+check("no request but the file itself", requests.length === 1, requests.slice(1).join(" "));
+check("no script error", errors.length === 0, errors.join(" | "));
+await browser.close();
+process.exit(failed ? 1 : 0);
