@@ -112,7 +112,7 @@ fn representation_map(s: &mut Step, model: &BlockModel, axes: &str, body: &str) 
     let points = add!(s, "IFCCARTESIANPOINTLIST3D(({}),$)", points.join(","));
     let corner = |t: &[u32; 3]| format!("({},{},{})", t[0] + 1, t[1] + 1, t[2] + 1);
     let faces: Vec<String> = model.mesh.triangles.iter().map(corner).collect();
-    let faces = add!(s, "IFCTRIANGULATEDFACESET({points},.T.,$,({}),$)", faces.join(","));
+    let faces = add!(s, "IFCTRIANGULATEDFACESET({points},$,.T.,({}),$)", faces.join(","));
     let shape = add!(s, "IFCSHAPEREPRESENTATION({body},'Body','Tessellation',({faces}))");
     add!(s, "IFCREPRESENTATIONMAP({axes},{shape})")
 }

@@ -5,8 +5,10 @@
 
 pub mod atomic;
 pub mod blocks_csv;
+pub mod design_file;
 pub mod drawing;
 pub mod dxf;
+pub mod e57_scan;
 pub mod geojson;
 pub mod geopackage;
 pub mod geotiff;
@@ -18,6 +20,7 @@ pub mod las;
 pub mod manifest;
 pub mod mesh;
 pub mod obj;
+pub mod pcd;
 pub mod placements_csv;
 pub mod ply;
 pub mod points;
@@ -26,6 +29,7 @@ pub mod site;
 pub mod stl;
 pub mod thinning;
 pub mod tin;
+pub mod xyz;
 
 mod csv_table;
 mod error;

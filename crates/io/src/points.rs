@@ -3,12 +3,12 @@
 use crate::input::Input;
 use crate::mesh::extension;
 use crate::thinning::Thinning;
-use crate::{IoError, RawCloud, las, ply};
-use geom::{Event, Observer};
+use crate::{IoError, RawCloud, e57_scan, las, pcd, ply, xyz};
+use geom::{DVec3, Event, Observer};
 use std::path::Path;
 
 /// Extensions that can be read.
-pub const READABLE: &str = ".las, .laz, .ply";
+pub const READABLE: &str = ".las, .laz, .copc.laz, .ply, .e57, .pcd, .xyz, .txt, .csv, .pts, .asc";
 
 /// The whole cloud, as its file has it. Warns of what 32-bit storage has lost.
 pub fn read(path: &Path, observer: &dyn Observer) -> Result<RawCloud, IoError> {
@@ -43,6 +43,29 @@ pub fn read_thinned(path: &Path, cell_m: f64, observer: &dyn Observer) -> Result
     finish(path, cloud, meta, observer)
 }
 
+/// The points inside a box (the file's coordinates): a part of a large survey. A COPC file is read only where it
+/// touches the box.
+pub fn read_box(path: &Path, low: DVec3, high: DVec3, observer: &dyn Observer) -> Result<RawCloud, IoError> {
+    let kind = known(path)?;
+    let mut input = Input::open(path)?;
+    let mut cloud = RawCloud::default();
+    let meta = if kind == "laz" && las::is_copc(&mut input)? {
+        las::stream_box(&mut input, low, high, &mut |batch| {
+            cloud.append(batch);
+            Ok(())
+        })?
+    } else {
+        input.go_to(0, "the header")?;
+        stream(&mut input, &kind, &mut |batch| {
+            let inside = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all();
+            let index: Vec<usize> = (0..batch.len()).filter(|&i| inside(&batch.position[i])).collect();
+            cloud.append(batch.select(&index));
+            Ok(())
+        })?
+    };
+    finish(path, cloud, meta, observer)
+}
+
 /// Writes `.laz`, `.las` or `.ply`, whole or not at all.
 pub fn write(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
     match extension(path).as_str() {
@@ -55,7 +78,7 @@ pub fn write(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
 fn known(path: &Path) -> Result<String, IoError> {
     let kind = extension(path);
     match kind.as_str() {
-        "las" | "laz" | "ply" => Ok(kind),
+        "las" | "laz" | "ply" | "e57" | "pcd" | "xyz" | "txt" | "csv" | "pts" | "asc" => Ok(kind),
         _ => Err(IoError::UnknownExtension { path: path.into(), known: READABLE }),
     }
 }
@@ -69,6 +92,9 @@ pub fn stream(
     match kind {
         "las" | "laz" => las::stream(input, sink),
         "ply" => ply::stream(input, sink),
+        "e57" => e57_scan::stream(input, sink),
+        "pcd" => pcd::stream(input, sink),
+        "xyz" | "txt" | "csv" | "pts" | "asc" => xyz::stream(input, sink),
         _ => Err(IoError::UnknownExtension { path: input.path.into(), known: READABLE }),
     }
 }
@@ -83,5 +109,10 @@ fn finish(path: &Path, mut cloud: RawCloud, meta: RawCloud, observer: &dyn Obser
     cloud.float32 = meta.float32;
     cloud.invalid = meta.invalid;
     cloud.warn_of_rounding(path, observer);
+    if cloud.invalid > 0 {
+        let message =
+            format!("{}: {} points that the file marks as invalid were left out", path.display(), cloud.invalid);
+        observer.event(Event::Noted { stage: "read", message });
+    }
     Ok(cloud)
 }

@@ -4,12 +4,14 @@
 //! in them has to be checked against the size of the file before anything is allocated or decompressed.
 
 mod chunks;
+mod copc;
 mod crs;
 mod extra;
 mod header;
 mod read;
 mod write;
 
+pub use copc::{is_copc, stream_box};
 pub use crs::{epsg_of_wkt, wkt_of_epsg};
 pub use header::LasSummary;
 pub use read::{stream, summary};

@@ -3,5 +3,7 @@
 mod clouds;
 mod contracts;
 mod exports;
+mod foreign;
+mod inputs;
 mod sample;
 mod site_folder;

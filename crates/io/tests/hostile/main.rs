@@ -2,7 +2,11 @@
 //! allocate more than the stated multiple of the file's size. One test, because it watches the whole process's memory.
 
 mod bombs;
+#[path = "../files/foreign.rs"]
+mod foreign;
 mod mutants;
+#[path = "../files/sample.rs"]
+mod sample;
 mod seeds;
 
 use io::{Input, IoError};
@@ -15,7 +19,7 @@ use std::time::{Duration, Instant};
 static MEMORY: PeakAlloc = PeakAlloc;
 
 /// What any file may cost, however small.
-const FREE_BYTES: usize = 64 << 20;
+const FREE_BYTES: usize = 128 << 20;
 /// What each byte of the file may cost on top (formats.md states it).
 const BYTES_PER_BYTE: usize = 256;
 /// No mutant of these few kilobytes may take longer.
@@ -38,7 +42,14 @@ fn read(kind: &str, bytes: &[u8]) -> Result<(), IoError> {
     let name = format!("hostile.{kind}");
     let mut input = Input::of_bytes(Path::new(&name), bytes);
     match kind {
-        "las" | "laz" | "ply" => io::points::read_as(&mut input, kind, &geom::Silent).map(drop),
+        "las" | "laz" | "ply" | "xyz" | "pcd" | "e57" => io::points::read_as(&mut input, kind, &geom::Silent).map(drop),
+        "copc.laz" => {
+            let (low, high) = (geom::DVec3::ZERO, geom::DVec3::new(5.0, 99.0, 99.0));
+            io::las::stream_box(&mut input, low, high, &mut |_| Ok(())).map(drop)
+        }
+        "tif" => io::geotiff::read(&mut input).map(drop),
+        "xml" => io::landxml::read(&mut input, None).map(|tin| drop(tin.on_grid(0.5))),
+        "dxf" => io::dxf::read_faces(&mut input).map(|faces| drop(io::tin::Tin::of_faces(&faces).on_grid(0.5))),
         "stl" | "obj" => io::mesh::read_as(&mut input, kind).map(drop),
         "mesh.ply" => io::mesh::read_as(&mut input, "ply").map(drop),
         "blocks.csv" => io::blocks_csv::read_from(&mut input).map(drop),

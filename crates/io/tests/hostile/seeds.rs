@@ -1,5 +1,6 @@
 //! One small valid file of every kind, to damage.
 
+use crate::{foreign, sample};
 use geom::{DVec3, TriMesh, Vec3};
 use io::RawCloud;
 
@@ -26,6 +27,16 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("stl", ascii_stl().into_bytes()),
         ("obj", written("a.obj", &|p| io::mesh::write(p, &mesh).unwrap())),
         ("mesh.ply", written("m.ply", &|p| io::mesh::write(p, &mesh).unwrap())),
+        ("xyz", text_cloud().into_bytes()),
+        ("pcd", foreign::pcd("ascii")),
+        ("pcd", foreign::pcd("binary")),
+        ("pcd", foreign::pcd("binary_compressed")),
+        ("e57", foreign::e57()),
+        ("copc.laz", foreign::copc()),
+        ("laz", foreign::copc()),
+        ("tif", written("a.tif", &|p| io::geotiff::write(p, &sample::raster(), "EPSG:6679").unwrap())),
+        ("xml", io::landxml::text("a", "EPSG:6679", &[("design", &sample::tin())]).into_bytes()),
+        ("dxf", io::dxf::text(&sample::sample().drawing()).into_bytes()),
         ("blocks.csv", BLOCKS.into()),
         ("placements.csv", PLACEMENTS.into()),
         ("site.toml", SITE.into()),
@@ -50,6 +61,12 @@ pub fn cloud(n: usize) -> RawCloud {
 fn mesh() -> TriMesh {
     let vertices = (0..40).map(|i| Vec3::new(i as f32 * 0.5, (i % 7) as f32, (i % 5) as f32)).collect();
     TriMesh { vertices, triangles: (2..40).map(|i| [i - 2, i - 1, i]).collect() }
+}
+
+fn text_cloud() -> String {
+    let rows: String =
+        (0..60).map(|i| format!("{},{},{},{}\n", f64::from(i) * 0.25, i % 9, 3 - i % 4, i % 5)).collect();
+    format!("# a cloud\nx,y,z,instance\n{rows}")
 }
 
 fn ascii_ply() -> String {

@@ -1,0 +1,101 @@
+//! COPC (cloud-optimised LAZ): an octree of chunks, of which only those that touch a box are decompressed.
+
+use super::chunks::Chunk;
+use super::header::{self, f64_at, u64_at};
+use super::read::stream_chunks;
+use crate::input::Input;
+use crate::raw_cloud::RawCloud;
+use crate::{IoError, Place};
+use geom::DVec3;
+use std::collections::BTreeSet;
+
+const ENTRY: u64 = 32;
+
+/// Whether the file has an octree.
+pub fn is_copc(input: &mut Input) -> Result<bool, IoError> {
+    input.go_to(0, "the header")?;
+    Ok(header::read(input)?.copc_info.is_some_and(|info| info.len() >= 160))
+}
+
+/// Points inside the box (`low` to `high`, the file's coordinates), from the chunks that touch it.
+pub fn stream_box(
+    input: &mut Input,
+    low: DVec3,
+    high: DVec3,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
+    input.go_to(0, "the header")?;
+    let header = header::read(input)?;
+    let (Some(info), Some(_)) = (header.copc_info.as_ref().filter(|i| i.len() >= 160), &header.laz) else {
+        return Err(IoError::unsupported(input.path, "the file has no COPC octree"));
+    };
+    let octree = Octree {
+        corner: DVec3::new(f64_at(info, 0), f64_at(info, 8), f64_at(info, 16)) - f64_at(info, 24),
+        edge: 2.0 * f64_at(info, 24),
+    };
+    let chunks = octree.chunks(input, &header, [u64_at(info, 40), u64_at(info, 48)], low, high)?;
+    stream_chunks(input, &header, &chunks, &mut |batch| {
+        let inside = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all();
+        let index: Vec<usize> = (0..batch.len()).filter(|&i| inside(&batch.position[i])).collect();
+        if index.is_empty() { Ok(()) } else { sink(batch.select(&index)) }
+    })?;
+    Ok(RawCloud { crs: header.summary.crs, crs_wkt: header.summary.crs_wkt, ..RawCloud::default() })
+}
+
+struct Octree {
+    corner: DVec3,
+    edge: f64,
+}
+
+impl Octree {
+    fn touches(&self, key: [i32; 4], low: DVec3, high: DVec3) -> bool {
+        let edge = self.edge / 2_f64.powi(key[0]);
+        let corner = self.corner + DVec3::new(key[1].into(), key[2].into(), key[3].into()) * edge;
+        // Integer coordinates may stick out of their cube by a step.
+        let margin = edge * 1e-6;
+        corner.cmple(high + margin).all() && (corner + edge).cmpge(low - margin).all()
+    }
+
+    /// Walks the pages of the hierarchy; chunks in file order.
+    fn chunks(
+        &self,
+        input: &mut Input,
+        header: &header::Header,
+        root: [u64; 2],
+        low: DVec3,
+        high: DVec3,
+    ) -> Result<Vec<Chunk>, IoError> {
+        let record = u64::from(header.summary.record_bytes);
+        let (mut open, mut seen, mut chunks) = (vec![root], BTreeSet::new(), Vec::new());
+        let mut left = header.summary.points.min(input.len.saturating_mul(2).saturating_add(250_000));
+        while let Some([at, bytes]) = open.pop() {
+            if !seen.insert(at) {
+                return Err(input.malformed(Place::File, "the octree's pages go in a circle"));
+            }
+            input.go_to(at, "a page of the octree")?;
+            let page = input.take(bytes, "a page of the octree")?;
+            for e in page.chunks_exact(ENTRY as usize) {
+                let int = |at: usize| i32::from_le_bytes(e[at..at + 4].try_into().expect("four bytes"));
+                let (key, offset) = ([int(0), int(4), int(8), int(12)], u64_at(e, 16));
+                let (Ok(bytes), points) = (u64::try_from(int(24)), int(28)) else {
+                    return Err(input.malformed(Place::File, "the octree is damaged"));
+                };
+                if !(0..=31).contains(&key[0]) || !self.touches(key, low, high) {
+                    continue;
+                }
+                if points == -1 {
+                    open.push([offset, bytes]);
+                } else if points > 0 {
+                    let points = points as u64;
+                    if points > left || bytes < record || offset.saturating_add(bytes) > input.len {
+                        return Err(input.malformed(Place::File, "the octree does not fit the file"));
+                    }
+                    left -= points;
+                    chunks.push(Chunk { at: offset, bytes, points });
+                }
+            }
+        }
+        chunks.sort_by_key(|c| c.at);
+        Ok(chunks)
+    }
+}
