@@ -7,6 +7,8 @@ pub mod bounds;
 pub mod cloud;
 pub mod convex;
 pub mod height_map;
+pub mod hidden_points;
+mod hull_corners;
 pub mod mesh;
 pub mod mesh_query;
 pub mod normals;

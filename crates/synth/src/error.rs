@@ -73,6 +73,9 @@ pub enum SynthError {
         /// What was wrong with the last.
         last: String,
     },
+    /// A viewpoint that hidden-point removal cannot use.
+    #[error(transparent)]
+    HiddenPoints(#[from] geom::hidden_points::HiddenPointsError),
     /// A physics setting or a block the engine cannot take.
     #[error(transparent)]
     Physics(#[from] SimError),

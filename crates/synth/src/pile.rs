@@ -37,8 +37,9 @@ pub(crate) fn drop_pile(
     let interval = recipe.drop.layer_interval_s * (resolved.largest_m / 2.0).sqrt();
     while dropped.len() < count {
         let places = layer(resolved, recipe.drop.spacing, count - dropped.len(), &mut rng);
-        let highest = highest_m(&world, &dropped, catalog, ground, resolved);
+        let below = dropped.len();
         for place in places {
+            let highest = highest_m(&world, &dropped[..below], place, catalog, ground, resolved);
             let model = draw(&resolved.mix, &mut rng);
             let above = Vec3::Z * (highest + 0.55 * resolved.widest_m);
             let turn = random_rotation(&mut rng);
@@ -105,25 +106,24 @@ fn layer(resolved: &Resolved, spacing: f32, most: usize, rng: &mut impl Rng) -> 
     places
 }
 
-/// Top of what lies there so far.
+/// Top of what could touch a block that falls at `place`: the bed and the blocks that were there before this layer.
 fn highest_m(
     world: &World,
     dropped: &[(BodyId, ModelId)],
+    place: Vec3,
     catalog: &Catalog,
     ground: &Ground,
     resolved: &Resolved,
 ) -> f32 {
-    let half = resolved.size_m.map(|s| s / 2.0);
-    let corners =
-        [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]].map(|[x, y]| ground.height_m(x * half[0], y * half[1]));
-    let bed = match ground {
-        Ground::Grid { z_m, .. } => z_m.iter().copied().fold(f32::NEG_INFINITY, f32::max),
-        _ => corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
-    };
+    let reach = 0.5 * resolved.widest_m;
+    let around = [-1.0, -0.5, 0.0, 0.5, 1.0];
+    let heights = around.iter().flat_map(|x| around.iter().map(move |y| (place.x + x * reach, place.y + y * reach)));
+    let bed = heights.map(|(x, y)| ground.height_m(x, y)).fold(f32::NEG_INFINITY, f32::max);
     dropped.iter().fold(bed, |top, &(id, model)| {
         let model = catalog.get(model);
         let centre = world.pose(id).map_or(Vec3::ZERO, |p| p.transform_point(model.centre));
-        top.max(centre.z + model.d_max_m)
+        let near = (centre - place).truncate().length() < reach + model.d_max_m;
+        if near { top.max(centre.z + model.d_max_m) } else { top }
     })
 }
 

@@ -137,6 +137,8 @@ pub enum Visibility {
     /// Rays against the true surfaces.
     #[default]
     Exact,
+    /// Hidden-point removal on the points (Katz et al. 2007), as in the thesis; `gaussian` sensor only.
+    Katz,
 }
 
 fn fifty_to_sixty() -> [u32; 2] {
@@ -193,6 +195,10 @@ impl Recipe {
                 within("site.length_m", length_m, f32::MIN_POSITIVE, 5000.0, "above 0, at most 5000 m")?;
                 within("site.width_m", width_m, f32::MIN_POSITIVE, 5000.0, "above 0, at most 5000 m")?;
             }
+        }
+        if self.visibility == Visibility::Katz && !matches!(self.sensor, Sensor::Gaussian(_)) {
+            let why = "hidden-point removal goes with the gaussian sensor only; remove the key or change the sensor";
+            return Err(SynthError::BadValue { key: "visibility", value: 1.0, why });
         }
         self.physics.check()?;
         self.sensor.check()
@@ -264,8 +270,8 @@ pub(crate) struct Resolved {
 }
 
 impl Resolved {
-    /// Cell of a camera's image on the pile: a good third of the point spacing, between 1.2 % and 2 % of a block.
+    /// Cell of a camera's image on the pile: 1 % of a block.
     pub fn pixel_m(&self) -> f32 {
-        (0.4 / self.density_per_m2.sqrt()).clamp(0.012 * self.largest_m, 0.02 * self.largest_m)
+        0.01 * self.largest_m
     }
 }

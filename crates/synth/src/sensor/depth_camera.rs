@@ -3,7 +3,7 @@
 //!
 //! Defaults are those of a short-range stereo camera (2 mm at 1 m, growing with z², depth steps well below 1 mm).
 
-use super::views::occlusion;
+use super::views::{SAMPLES_PER_BLOCK, occlusion};
 use super::{Scan, within};
 use crate::SynthError;
 use crate::camera::Camera;
@@ -73,8 +73,8 @@ impl DepthCamera {
         let pixel_m = 1.0 / resolved.density_per_m2.sqrt();
         let map = RangeMap::render(Camera::looking_at(&region, position, pixel_m), targets);
 
-        let samples =
-            targets.sample(2000.0 * targets.block_count() as f32 / targets.area_m2(), seed.child("surface", 0));
+        let samples = targets
+            .sample(SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(), seed.child("surface", 0));
         let sees = |(p, n): (&Vec3, &Vec3)| map.sees(*p, *n);
         let occlusion = occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
         let points = self.points(&map, targets, &mut rng);

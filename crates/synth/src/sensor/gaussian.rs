@@ -6,7 +6,7 @@ use crate::SynthError;
 use crate::range_map::RangeMap;
 use crate::recipe::{Resolved, Visibility};
 use crate::targets::Targets;
-use geom::{SeedTree, Vec3};
+use geom::{SeedTree, Vec3, hidden_points};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use scene::SensorKind;
@@ -59,6 +59,18 @@ impl Gaussian {
                 let maps: Vec<_> = cameras.into_par_iter().map(|c| RangeMap::render(c, targets)).collect();
                 let seen = seen_points(targets, &maps, 1, resolved.target_points, seed.child("surface", 0));
                 (seen.points, seen.view.iter().map(Option::is_some).collect::<Vec<_>>())
+            }
+            Visibility::Katz => {
+                // A pile shows about a third of its surface to one viewpoint.
+                let per_m2 = 3.5 * resolved.target_points as f32 / targets.area_m2();
+                let points = targets.sample(per_m2, seed.child("surface", 0));
+                let mut visible = vec![false; points.position.len()];
+                for &from in &positions {
+                    for i in hidden_points::visible(&points.position, from, hidden_points::RADIUS_FACTOR)? {
+                        visible[i] = true;
+                    }
+                }
+                (points, visible)
             }
         };
         let occlusion = occlusion(&points.owner, visible.iter().copied());

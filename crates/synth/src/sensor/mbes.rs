@@ -9,7 +9,7 @@
 //! - per pass one roll, heave and position error: this is what the thesis' white 3 cm really is;
 //! - ghosts along the arc (right range, wrong angle), spikes in the water column, nothing just below the surface.
 
-use super::views::{occlusion, thinned};
+use super::views::{SAMPLES_PER_BLOCK, occlusion, thinned};
 use super::{Scan, within};
 use crate::SynthError;
 use crate::range_map::RangeMap;
@@ -151,8 +151,8 @@ impl Mbes {
         let chosen = thinned((0..all.len()).collect(), resolved.target_points, &mut seed.child("thin", 0).rng());
         let points = chosen.into_iter().map(|i| all[i]).collect();
 
-        let samples =
-            targets.sample(800.0 * targets.block_count() as f32 / targets.area_m2(), seed.child("surface", 0));
+        let samples = targets
+            .sample(SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(), seed.child("surface", 0));
         let sees = |(p, n): (&Vec3, &Vec3)| maps.iter().any(|m| m.sees(*p, *n));
         let occlusion = occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
         // A place every 2 m of track is enough to know from where a point was seen.

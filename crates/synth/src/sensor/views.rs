@@ -35,7 +35,7 @@ pub struct Waterline {
 }
 
 /// Samples on each block that occlusion is counted on, at least.
-const SAMPLES_PER_BLOCK: f32 = 800.0;
+pub(super) const SAMPLES_PER_BLOCK: f32 = 1500.0;
 /// Widest region one set of cameras looks at; longer sites get several sets.
 const TILE_M: f32 = 40.0;
 
