@@ -1,1 +1,18 @@
-//! The wall around the deep-learning library: layers, training loop, weights.
+//! The wall around the deep-learning library: layers, training loop, weights. Knows no stage's task.
+
+pub mod attentive_pooling;
+pub mod graph_backbone;
+pub mod graph_convolution;
+pub mod neighbourhood;
+pub mod replicas;
+pub mod schedule;
+mod small_gemm;
+pub mod weights;
+
+/// The library itself, for the stages that define a network.
+pub use burn;
+pub use graph_backbone::{BackboneConfig, GraphBackbone, Trace};
+pub use graph_convolution::{GraphConvolution, floats};
+pub use neighbourhood::Neighbourhood;
+pub use replicas::Replicas;
+pub use weights::WeightsError;

@@ -1,0 +1,62 @@
+//! Weights as safetensors bytes: what a file, a page or another framework can read without us.
+
+use burn::module::Module;
+use burn::store::{ModuleStore, SafetensorsStore};
+use std::collections::BTreeMap;
+
+/// Why weights could not be read or written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WeightsError {
+    /// Not a safetensors file, or cut short.
+    #[error("not a weights file: {0}; expected safetensors as `tsumu train` writes it")]
+    Format(String),
+    /// The tensors are not those of this network.
+    #[error("the weights do not fit this network: {0}")]
+    Mismatch(String),
+}
+
+/// The module's tensors and `metadata` (text pairs of the safetensors header).
+pub fn to_bytes<M: Module>(module: &M, metadata: &BTreeMap<String, String>) -> Result<Vec<u8>, WeightsError> {
+    let mut store = SafetensorsStore::from_bytes(None);
+    for (key, value) in metadata {
+        store = store.metadata(key, value);
+    }
+    store.collect_from(module).map_err(|e| WeightsError::Format(e.to_string()))?;
+    store.get_bytes().map_err(|e| WeightsError::Format(e.to_string()))
+}
+
+/// The text pairs of the header.
+pub fn metadata(bytes: &[u8]) -> Result<BTreeMap<String, String>, WeightsError> {
+    let header = header(bytes)?;
+    let pairs = header.get("__metadata__").and_then(|m| m.as_object());
+    Ok(pairs
+        .into_iter()
+        .flatten()
+        .filter_map(|(k, v)| v.as_str().map(|v| (k.clone(), v.to_owned())))
+        .collect())
+}
+
+/// Fills the module from the bytes; every tensor must be there with its shape, and no other.
+pub fn from_bytes<M: Module>(module: &mut M, bytes: &[u8]) -> Result<(), WeightsError> {
+    header(bytes)?;
+    let mut store = SafetensorsStore::from_bytes(Some(bytes.to_vec()));
+    let result = store.apply_to(module).map_err(|e| WeightsError::Mismatch(e.to_string()))?;
+    if let Some(error) = result.errors.first() {
+        return Err(WeightsError::Mismatch(error.to_string()));
+    }
+    if let Some((missing, _)) = result.missing.first() {
+        return Err(WeightsError::Mismatch(format!("`{missing}` is missing")));
+    }
+    if let Some(unused) = result.unused.first() {
+        return Err(WeightsError::Mismatch(format!("`{unused}` is not part of it")));
+    }
+    Ok(())
+}
+
+fn header(bytes: &[u8]) -> Result<serde_json::Value, WeightsError> {
+    let short = || WeightsError::Format("the header is cut short".into());
+    let length = u64::from_le_bytes(bytes.get(..8).ok_or_else(short)?.try_into().expect("eight bytes"));
+    let end = usize::try_from(length).ok().and_then(|l| l.checked_add(8)).ok_or_else(short)?;
+    serde_json::from_slice(bytes.get(8..end).ok_or_else(short)?).map_err(|e| WeightsError::Format(e.to_string()))
+}

@@ -1,0 +1,76 @@
+//! What can go wrong in segmentation.
+
+/// Names the cause and says what to do.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SegmentError {
+    /// No block types.
+    #[error("the catalogue is empty: segmentation needs the size of at least one block")]
+    EmptyCatalog,
+    /// A block without a size.
+    #[error("block `{name}` has d_max = {d_max_m} m; its mesh must have a positive size")]
+    BadBlockSize {
+        /// Block name.
+        name: String,
+        /// The value.
+        d_max_m: f32,
+    },
+    /// A coordinate that is not a number.
+    #[error("point {point} has a coordinate that is not a finite number; remove it from the survey")]
+    NotFinite {
+        /// Point number, from 0.
+        point: usize,
+    },
+    /// Weights that cannot be used.
+    #[error("weights: {0}")]
+    Weights(#[from] net::WeightsError),
+    /// A model file of another kind of network.
+    #[error("the model file holds a `{found}` network; this program reads `fpcc` and `fpccv2`")]
+    Architecture {
+        /// What the file says.
+        found: String,
+    },
+    /// The model file has no usable description.
+    #[error("the model file's description is unusable: {0}")]
+    Description(String),
+    /// A file could not be read or written.
+    #[error("{path}: {message}")]
+    File {
+        /// The path.
+        path: String,
+        /// The system's message.
+        message: String,
+    },
+    /// A setting out of range.
+    #[error("{name} = {value} is out of range: {allowed}")]
+    Setting {
+        /// The setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The scene source failed while training.
+    #[error("no training scene {index}: {message}")]
+    Scene {
+        /// Number of the scene.
+        index: u64,
+        /// The source's message.
+        message: String,
+    },
+    /// No thread for a replica.
+    #[error("no thread for training: {0}")]
+    Threads(String),
+    /// The loss is not a number.
+    #[error("training diverged at step {step}: the loss is {loss}; resume from the last checkpoint with a smaller learning rate")]
+    Diverged {
+        /// Step.
+        step: u64,
+        /// Loss.
+        loss: f32,
+    },
+    /// The observer asked to stop; what was computed is lost (training: is in the checkpoint).
+    #[error("stopped by the user")]
+    Cancelled,
+}

@@ -1,0 +1,95 @@
+//! FPCCv2 with our heads: per point an embedding and a centre score (METHOD §3), and — ours — a vote for the pose
+//! centre with its expected error, and whether the point lies on a block at all.
+
+use net::burn::module::Module;
+use net::burn::nn::{Linear, LinearConfig};
+use net::burn::optim::GradientsParams;
+use net::burn::tensor::activation::{relu, sigmoid};
+use net::burn::tensor::{Device, Tensor};
+use net::{BackboneConfig, GraphBackbone, Neighbourhood};
+use serde::{Deserialize, Serialize};
+
+/// Numbers of an embedding.
+pub const EMBEDDING: usize = 128;
+/// ln of the vote error in d_max is kept between these: one per mille to three block radii.
+const LOG_ERROR: (f32, f32) = (-4.0, 1.1);
+
+/// What a network says of `n` points.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// `[n, 128]`.
+    pub embedding: Tensor<2>,
+    /// Centre score in (0, 1), `[n, 1]`.
+    pub centre: Tensor<2>,
+    /// From the point to the pose centre, in d_max, `[n, 3]`.
+    pub offset: Tensor<2>,
+    /// ln of the expected length of the offset's error, in d_max, `[n, 1]`.
+    pub log_error: Tensor<2>,
+    /// Log-odds of lying on a block, `[n, 1]`.
+    pub block: Tensor<2>,
+}
+
+/// Architecture of an [`FpccV2`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FpccV2Config {
+    /// Backbone.
+    pub backbone: BackboneConfig,
+}
+
+/// The network's weights.
+#[derive(Module, Debug)]
+pub struct FpccV2 {
+    backbone: GraphBackbone,
+    embedding: Linear,
+    centre_hidden: Linear,
+    centre: Linear,
+    vote_hidden: Linear,
+    vote: Linear,
+}
+
+impl FpccV2 {
+    /// Random weights.
+    pub fn new(config: &FpccV2Config, device: &Device) -> Self {
+        let features = config.backbone.out;
+        let linear = |a: usize, b: usize| LinearConfig::new(a, b).init(device);
+        Self {
+            backbone: GraphBackbone::new(&config.backbone, device),
+            embedding: linear(features, EMBEDDING),
+            centre_hidden: linear(features, 128),
+            centre: linear(128, 1),
+            vote_hidden: linear(features, 128),
+            vote: linear(128, 5),
+        }
+    }
+
+    /// Output without gradients.
+    pub fn infer(&self, hood: &Neighbourhood, device: &Device) -> Output {
+        self.heads(self.backbone.infer(hood, device))
+    }
+
+    /// Gradients of `loss(output)` and the loss itself; `device` has autodiff.
+    pub fn gradients<T>(
+        &self,
+        hood: &Neighbourhood,
+        device: &Device,
+        loss: impl FnOnce(Output) -> (Tensor<1>, T),
+    ) -> (GradientsParams, T) {
+        let trace = self.backbone.trace(hood, device);
+        let (loss, report) = loss(self.heads(trace.features()));
+        (trace.backward(self, &loss, device), report)
+    }
+
+    fn heads(&self, features: Tensor<2>) -> Output {
+        let embedding = relu(self.embedding.forward(features.clone())); // [n, 128]
+        let centre = sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features.clone())))); // [n, 1]
+        let vote = self.vote.forward(relu(self.vote_hidden.forward(features))); // [n, 5]
+        Output {
+            embedding,
+            centre,
+            offset: vote.clone().narrow(1, 0, 3),
+            log_error: vote.clone().narrow(1, 3, 1).clamp(LOG_ERROR.0, LOG_ERROR.1),
+            block: vote.narrow(1, 4, 1),
+        }
+    }
+}

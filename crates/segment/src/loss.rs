@@ -1,0 +1,193 @@
+//! Losses: the thesis' pair and centre losses (METHOD §2, Eqs. 2.3–2.11) and ours for the votes.
+//!
+//! Lengths are in units of d_max. Where the thesis and its authors' code differ, both readings can be chosen.
+
+use crate::fpccv2::Output;
+use crate::tile::Targets;
+use net::burn::tensor::activation::{relu, softplus};
+use net::burn::tensor::{Device, Int, Tensor, TensorData};
+use net::floats;
+use serde::{Deserialize, Serialize};
+
+/// How the distance between two embeddings enters the pair loss.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PairDistance {
+    /// ‖a − b‖, as the thesis writes.
+    #[default]
+    Plain,
+    /// ‖a − b‖², as its authors' code computes.
+    Squared,
+}
+
+/// Settings of the pair loss L_EF.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PairLossConfig {
+    /// ε₁: same instance, no loss below.
+    pub near: f32,
+    /// ε₂: different instances, no loss above.
+    pub far: f32,
+    /// Plain or squared distance.
+    pub distance: PairDistance,
+    /// Weight of pairs of one instance (authors' code: 2).
+    pub pull: f32,
+    /// Only pairs closer than 2 d_max count (valid-distance matrix).
+    pub valid_distance: bool,
+    /// Pairs weigh min(1, s_i + s_j) (attention score matrix).
+    pub attention: bool,
+}
+
+impl Default for PairLossConfig {
+    fn default() -> Self {
+        Self { near: 0.5, far: 1.0, distance: PairDistance::Plain, pull: 1.0, valid_distance: true, attention: true }
+    }
+}
+
+/// Weights of the parts of the loss.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LossConfig {
+    /// Pair loss.
+    pub pair: PairLossConfig,
+    /// Points drawn for the pair loss; all when there are fewer.
+    pub pair_points: usize,
+    /// Weight of the pair loss.
+    pub pair_weight: f32,
+    /// Weight of the centre score's loss (thesis: 3).
+    pub centre_weight: f32,
+    /// Weight of the offset's loss.
+    pub offset_weight: f32,
+    /// Weight of the expected error's loss.
+    pub error_weight: f32,
+    /// Weight of block / not block.
+    pub block_weight: f32,
+}
+
+impl Default for LossConfig {
+    fn default() -> Self {
+        Self {
+            pair: PairLossConfig::default(),
+            pair_points: 512,
+            pair_weight: 0.5,
+            centre_weight: 1.0,
+            offset_weight: 2.0,
+            error_weight: 0.1,
+            block_weight: 0.5,
+        }
+    }
+}
+
+/// A step in numbers, for curves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LossReport {
+    /// Weighted sum.
+    pub total: f32,
+    /// Pair loss.
+    pub pair: f32,
+    /// Centre score loss.
+    pub centre: f32,
+    /// Mean length of the offset's error over block points, d_max.
+    pub offset: f32,
+    /// Block / not block cross-entropy.
+    pub block: f32,
+}
+
+/// The whole loss of one tile.
+pub fn loss(output: Output, targets: &Targets, config: &LossConfig, device: &Device) -> (Tensor<1>, LossReport) {
+    let n = targets.instance.len();
+    let column = |v: Vec<f32>| Tensor::<2>::from_data(TensorData::new(v, [n, 1]), device);
+    let on_block: Vec<f32> =
+        targets.instance.iter().zip(&targets.inner).map(|(&i, &w)| if i > 0 { w } else { 0.0 }).collect();
+    let counted = on_block.iter().sum::<f32>().max(1.0);
+    let inner = targets.inner.iter().sum::<f32>().max(1.0);
+    let mask = column(on_block.clone());
+    let truth = targets.offset.iter().flat_map(|o| o.to_array()).collect::<Vec<f32>>();
+    let truth = Tensor::<2>::from_data(TensorData::new(truth, [n, 3]), device);
+
+    let error = (output.offset - truth).square().sum_dim(1).add_scalar(1e-8).sqrt(); // [n, 1]
+    let offset = (error.clone() * mask.clone()).sum() / counted;
+    // Laplace in three dimensions; the error itself is held fixed so that only its expectation learns from this.
+    let expected = error.detach() * (-output.log_error.clone()).exp() + output.log_error * 3.0;
+    let expected = (expected * mask.clone()).sum() / counted;
+    let label = column(targets.instance.iter().map(|&i| f32::from(i > 0)).collect());
+    let block = (softplus(output.block.clone(), 1.0) - output.block * label) * column(targets.inner.clone());
+    let block = block.sum() / inner;
+    let score: Vec<f32> = targets.centre_score();
+    let centre = smooth_l1(output.centre - column(score.clone())) * mask;
+    let centre = centre.sum() / counted;
+
+    let chosen = spread(&on_block, config.pair_points);
+    let index: Vec<i32> = chosen.iter().map(|&i| i as i32).collect();
+    let index = Tensor::<1, Int>::from_data(TensorData::new(index, [chosen.len()]), device);
+    let pair = if chosen.is_empty() {
+        Tensor::<1>::zeros([1], device)
+    } else {
+        pair_loss(output.embedding.select(0, index), targets, &chosen, &score, &config.pair, device)
+    };
+    let total = offset.clone() * config.offset_weight
+        + expected * config.error_weight
+        + block.clone() * config.block_weight
+        + centre.clone() * config.centre_weight
+        + pair.clone() * config.pair_weight;
+    let number = |t: &Tensor<1>| floats(t.clone())[0];
+    let report = LossReport {
+        total: number(&total),
+        pair: number(&pair),
+        centre: number(&centre),
+        offset: number(&offset),
+        block: number(&block),
+    };
+    (total, report)
+}
+
+/// L_EF over the points `chosen`, whose embeddings are `[m, 128]`: mean over the valid pairs.
+pub fn pair_loss(
+    embedding: Tensor<2>,
+    targets: &Targets,
+    chosen: &[usize],
+    score: &[f32],
+    config: &PairLossConfig,
+    device: &Device,
+) -> Tensor<1> {
+    let m = chosen.len();
+    let (mut same, mut different, mut valid) = (Vec::with_capacity(m * m), Vec::with_capacity(m * m), 0.0_f32);
+    for &i in chosen {
+        for &j in chosen {
+            let near = (targets.position[i] - targets.position[j]).length_squared() < 4.0;
+            let counts = if near || !config.valid_distance { 1.0 } else { 0.0 };
+            let attention = if config.attention { (score[i] + score[j]).min(1.0) } else { 1.0 };
+            let one = targets.instance[i] == targets.instance[j];
+            same.push(if one { counts * attention * config.pull } else { 0.0 });
+            different.push(if one { 0.0 } else { counts * attention });
+            valid += counts;
+        }
+    }
+    let square = |v: Vec<f32>| Tensor::<2>::from_data(TensorData::new(v, [m, m]), device);
+    let norm = embedding.clone().square().sum_dim(1); // [m, 1]
+    let inner = embedding.clone().matmul(embedding.transpose()); // [m, m]
+    let squared = relu(norm.clone() + norm.transpose() - inner * 2.0);
+    let distance = match config.distance {
+        // The root has no slope at 0: a point with itself must not give one.
+        PairDistance::Plain => squared.add_scalar(1e-8).sqrt(),
+        PairDistance::Squared => squared,
+    };
+    let pull = relu(distance.clone().sub_scalar(config.near)) * square(same);
+    let push = relu(-(distance.sub_scalar(config.far))) * square(different);
+    (pull + push).sum() / valid.max(1.0)
+}
+
+/// Smooth L1 with the knee at 1.
+fn smooth_l1(x: Tensor<2>) -> Tensor<2> {
+    // |x| ≤ 1 here, where smooth L1 is the half square.
+    x.square() * 0.5
+}
+
+/// Up to `count` indices with a positive weight, evenly spread: points are in cell order, so this covers the tile.
+fn spread(weight: &[f32], count: usize) -> Vec<usize> {
+    let all: Vec<usize> = (0..weight.len()).filter(|&i| weight[i] > 0.0).collect();
+    if all.len() <= count {
+        return all;
+    }
+    (0..count).map(|i| all[i * all.len() / count]).collect()
+}
