@@ -185,7 +185,8 @@ impl Search {
                 let high = origin + (c + ring + 1) as f32 * grid.cell_m - p;
                 low.min(high)
             };
-            let seen = margin(px, grid.origin.x, cx).min(margin(py, grid.origin.y, cy)).min(margin(pz, grid.origin.z, cz));
+            let seen =
+                margin(px, grid.origin.x, cx).min(margin(py, grid.origin.y, cy)).min(margin(pz, grid.origin.z, cz));
             // Rounding of the cell borders must not hide a neighbour.
             let seen = (seen - grid.cell_m * 1e-3).max(0.0);
             if f32::from_bits((best[k - 1] >> 32) as u32) > seen * seen {

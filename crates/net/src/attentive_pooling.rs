@@ -57,12 +57,7 @@ pub fn pool(a: &[f32], hood: &Neighbourhood, weights: PoolingWeights<'_>) -> Vec
 }
 
 /// Gradients for the gradient `grad` `[n, c + 10]` of the pooled features; single-threaded.
-pub fn pool_backward(
-    a: &[f32],
-    hood: &Neighbourhood,
-    weights: PoolingWeights<'_>,
-    grad: &[f32],
-) -> PoolingGradients {
+pub fn pool_backward(a: &[f32], hood: &Neighbourhood, weights: PoolingWeights<'_>, grad: &[f32]) -> PoolingGradients {
     let layer = Layer::new(a, hood, weights);
     let (wide, f) = (layer.wide, layer.c + RELATIVE);
     let grad = pad(grad, f, wide, hood.len());
@@ -421,9 +416,7 @@ mod tests {
         let case = Case::new(21, 22);
         let n = case.hood.len() * (22 + RELATIVE);
         let seed: Vec<f32> = (0..n).map(|i| ((i * 29 % 17) as f32 - 8.0) / 8.0).collect();
-        let loss = |case: &Case| -> f64 {
-            case.reference().iter().zip(&seed).map(|(o, s)| o * f64::from(*s)).sum()
-        };
+        let loss = |case: &Case| -> f64 { case.reference().iter().zip(&seed).map(|(o, s)| o * f64::from(*s)).sum() };
         let grads = pool_backward(&case.a, &case.hood, case.weights(), &seed);
         let check = |name: &str, got: &[f32], column: &dyn Fn(&mut Case) -> &mut Vec<f32>| {
             for at in (0..got.len()).step_by(1 + got.len() / 40) {

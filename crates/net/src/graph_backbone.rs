@@ -6,8 +6,8 @@
 //! Training splices the fused pooling into the library's gradient tape: every level is a short tape of its own
 //! between leaves, walked backwards by hand in [`Trace::backward`].
 
-use crate::graph_convolution::{GraphConvolution, floats};
 use crate::Neighbourhood;
+use crate::graph_convolution::{GraphConvolution, floats};
 use burn::module::Module;
 use burn::nn::{Linear, LinearConfig};
 use burn::optim::{GradientsAccumulator, GradientsParams};

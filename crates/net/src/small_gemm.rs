@@ -24,15 +24,7 @@ pub(crate) fn add_product<S: Simd>(simd: S, a: &[f32], lda: usize, k: usize, b: 
 }
 
 #[inline(always)]
-fn product_rows<S: Simd, const R: usize>(
-    simd: S,
-    a: &[f32],
-    lda: usize,
-    k: usize,
-    b: &[f32],
-    c: &mut [f32],
-    n: usize,
-) {
+fn product_rows<S: Simd, const R: usize>(simd: S, a: &[f32], lda: usize, k: usize, b: &[f32], c: &mut [f32], n: usize) {
     let rows: [&[f32]; R] = std::array::from_fn(|r| &a[r * lda..r * lda + k]);
     let lanes = S::F32_LANES;
     let step = 2 * lanes;

@@ -30,11 +30,7 @@ pub fn to_bytes<M: Module>(module: &M, metadata: &BTreeMap<String, String>) -> R
 pub fn metadata(bytes: &[u8]) -> Result<BTreeMap<String, String>, WeightsError> {
     let header = header(bytes)?;
     let pairs = header.get("__metadata__").and_then(|m| m.as_object());
-    Ok(pairs
-        .into_iter()
-        .flatten()
-        .filter_map(|(k, v)| v.as_str().map(|v| (k.clone(), v.to_owned())))
-        .collect())
+    Ok(pairs.into_iter().flatten().filter_map(|(k, v)| v.as_str().map(|v| (k.clone(), v.to_owned()))).collect())
 }
 
 /// Fills the module from the bytes; every tensor must be there with its shape, and no other.

@@ -63,7 +63,9 @@ pub enum SegmentError {
     #[error("no thread for training: {0}")]
     Threads(String),
     /// The loss is not a number.
-    #[error("training diverged at step {step}: the loss is {loss}; resume from the last checkpoint with a smaller learning rate")]
+    #[error(
+        "training diverged at step {step}: the loss is {loss}; resume from the last checkpoint with a smaller learning rate"
+    )]
     Diverged {
         /// Step.
         step: u64,

@@ -1,11 +1,11 @@
 //! FPCCv2 with our heads: per point an embedding and a centre score (METHOD §3), and — ours — a vote for the pose
 //! centre with its expected error, and whether the point lies on a block at all.
 
-use net::burn::module::Module;
 use net::burn::nn::{Linear, LinearConfig};
 use net::burn::optim::GradientsParams;
 use net::burn::tensor::activation::{relu, sigmoid};
 use net::burn::tensor::{Device, Tensor};
+use net::burn::{self, module::Module};
 use net::{BackboneConfig, GraphBackbone, Neighbourhood};
 use serde::{Deserialize, Serialize};
 

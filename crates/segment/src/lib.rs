@@ -1,1 +1,18 @@
 //! From a cloud to instances and centre hypotheses.
+
+mod embedding_clusters;
+pub mod error;
+pub mod fpcc;
+pub mod fpccv2;
+mod infer;
+pub mod loss;
+pub mod model;
+pub mod stage;
+pub mod tile;
+pub mod train;
+mod vote_peaks;
+
+pub use error::SegmentError;
+pub use model::{ModelDescription, SegmentModel, ShapeSignature};
+pub use stage::{Clustering, SegmentConfig, scales, segment};
+pub use train::{SceneSource, Split, TrainConfig, Trained, train};

@@ -1,0 +1,218 @@
+//! FPCC (METHOD §2): the dynamic graph network of the thesis' second chapter, with its two heads.
+//!
+//! Input per point: (x, y, z) minus the scene's minimum, and the same over the scene's extent per axis, six numbers taken
+//! before a scene is drawn into batches. Three edge convolutions, the first on Euclidean neighbours, the others on
+//! neighbours in feature space; joined, a global maximum, two heads. The authors' frozen batch normalisation is left
+//! out, not copied. Runs as tensor operations on any device.
+
+use geom::{Bounds, SeedTree, Vec3, knn};
+use net::burn::nn::{Linear, LinearConfig};
+use net::burn::tensor::activation::{relu, sigmoid};
+use net::burn::tensor::{Device, Int, Tensor, TensorData};
+use net::burn::{self, module::Module};
+use net::floats;
+use rand::seq::SliceRandom;
+use serde::{Deserialize, Serialize};
+
+/// Neighbours of an edge convolution, the point itself included.
+const K: usize = 20;
+
+/// Points of one batch (thesis: N = 4096).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FpccConfig {
+    /// Points drawn into a batch.
+    pub batch_points: usize,
+}
+
+impl Default for FpccConfig {
+    fn default() -> Self {
+        Self { batch_points: 4096 }
+    }
+}
+
+/// The six input numbers of every point of a scene.
+pub fn inputs(position: &[Vec3]) -> Vec<[f32; 6]> {
+    let bounds = Bounds::of(position.iter().copied());
+    // A scene without extent along an axis is at 0 of it.
+    let size = bounds.size().max(Vec3::splat(f32::MIN_POSITIVE));
+    position
+        .iter()
+        .map(|&p| {
+            let (q, r) = (p - bounds.min, (p - bounds.min) / size);
+            [q.x, q.y, q.z, r.x, r.y, r.z]
+        })
+        .collect()
+}
+
+/// Every point of the scene once, in random batches of `size`; the last batch is filled up with points already drawn.
+pub fn batches(points: usize, size: usize, seed: SeedTree) -> Vec<Vec<u32>> {
+    let mut order: Vec<u32> = (0..points as u32).collect();
+    let mut rng = seed.rng();
+    order.shuffle(&mut rng);
+    let mut out: Vec<Vec<u32>> = order.chunks(size.max(1)).map(<[u32]>::to_vec).collect();
+    if let Some(last) = out.last_mut() {
+        let missing = size.saturating_sub(last.len());
+        last.extend(order.iter().cycle().take(missing));
+    }
+    out
+}
+
+/// What FPCC says of `n` points.
+#[derive(Clone, Debug)]
+pub struct FpccOutput {
+    /// `[n, 128]`.
+    pub embedding: Tensor<2>,
+    /// Centre score, `[n, 1]`.
+    pub centre: Tensor<2>,
+}
+
+/// An edge convolution: [x_i, x_j − x_i] → linear → relu (→ linear → relu) → maximum over j.
+#[derive(Module, Debug)]
+struct EdgeConvolution {
+    /// Both halves of the first layer: of x_i and of x_j − x_i.
+    own: Linear,
+    other: Linear,
+    second: Option<Linear>,
+}
+
+impl EdgeConvolution {
+    fn new(c_in: usize, first: usize, second: Option<usize>, device: &Device) -> Self {
+        Self {
+            own: LinearConfig::new(c_in, first).init(device),
+            other: LinearConfig::new(c_in, first).with_bias(false).init(device),
+            second: second.map(|s| LinearConfig::new(first, s).init(device)),
+        }
+    }
+
+    /// `x` `[n, c_in]`, `index` `[n · k]` → `[n, c_out]`.
+    fn forward(&self, x: Tensor<2>, index: Tensor<1, Int>) -> Tensor<2> {
+        let n = x.dims()[0];
+        let k = index.dims()[0] / n;
+        // W·[x_i, x_j − x_i] = A x_i + B (x_j − x_i): per point, then gathered.
+        let b = self.other.forward(x.clone()); // [n, c]
+        let a = self.own.forward(x) - b.clone(); // [n, c]
+        let c = b.dims()[1];
+        let edges = relu(a.reshape([n, 1, c]) + b.select(0, index).reshape([n, k, c])); // [n, k, c]
+        let edges = match &self.second {
+            Some(second) => {
+                let y = relu(second.forward(edges.reshape([n * k, c]))); // [n · k, c']
+                let wide = y.dims()[1];
+                y.reshape([n, k, wide])
+            }
+            None => edges,
+        };
+        let wide = edges.dims()[2];
+        edges.max_dim(1).reshape([n, wide]) // [n, c_out]
+    }
+}
+
+/// The network's weights.
+#[derive(Module, Debug)]
+pub struct Fpcc {
+    first: EdgeConvolution,
+    second: EdgeConvolution,
+    third: EdgeConvolution,
+    global: Linear,
+    join: Linear,
+    mix: Linear,
+    embedding: Linear,
+    centre_hidden: Linear,
+    centre: Linear,
+}
+
+impl Fpcc {
+    /// Random weights.
+    pub fn new(device: &Device) -> Self {
+        let linear = |a: usize, b: usize| LinearConfig::new(a, b).init(device);
+        Self {
+            first: EdgeConvolution::new(6, 64, Some(64), device),
+            second: EdgeConvolution::new(64, 64, Some(64), device),
+            third: EdgeConvolution::new(64, 64, None, device),
+            global: linear(192, 1024),
+            join: linear(192 + 1024, 512),
+            mix: linear(512, 256),
+            embedding: linear(256, 128),
+            centre_hidden: linear(256, 128),
+            centre: linear(128, 1),
+        }
+    }
+
+    /// `input` of one batch → output; differentiable on an autodiff device.
+    pub fn forward(&self, input: &[[f32; 6]], device: &Device) -> FpccOutput {
+        let n = input.len();
+        let x = Tensor::<2>::from_data(TensorData::new(input.as_flattened().to_vec(), [n, 6]), device);
+        let position: Vec<Vec3> = input.iter().map(|v| Vec3::new(v[0], v[1], v[2])).collect();
+        let index = |rows: Vec<u32>| {
+            let rows: Vec<i32> = rows.into_iter().map(|i| i as i32).collect();
+            let count = rows.len();
+            Tensor::<1, Int>::from_data(TensorData::new(rows, [count]), device)
+        };
+        let a = self.first.forward(x, index(knn(&position, K).index)); // [n, 64]
+        let b = self.second.forward(a.clone(), index(nearest_features(a.clone(), K))); // [n, 64]
+        let c = self.third.forward(b.clone(), index(nearest_features(b.clone(), K))); // [n, 64]
+        let local = Tensor::cat(vec![a, b, c], 1); // [n, 192]
+        let global = relu(self.global.forward(local.clone())).max_dim(0); // [1, 1024]
+        let joined = Tensor::cat(vec![local, global.repeat_dim(0, n)], 1); // [n, 1216]
+        let features = relu(self.mix.forward(relu(self.join.forward(joined)))); // [n, 256]
+        FpccOutput {
+            embedding: relu(self.embedding.forward(features.clone())),
+            centre: sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features)))),
+        }
+    }
+}
+
+/// The `k` rows nearest to each row of `x`, itself included; row-major `[n · k]`, ties to the lower index.
+fn nearest_features(x: Tensor<2>, k: usize) -> Vec<u32> {
+    let x = x.detach();
+    let n = x.dims()[0];
+    let k = k.min(n);
+    let norm = x.clone().square().sum_dim(1); // [n, 1]
+    let squared = floats(norm.clone() + norm.transpose() - x.clone().matmul(x.transpose()) * 2.0); // [n, n]
+    let mut out = Vec::with_capacity(n * k);
+    for (i, row) in squared.chunks_exact(n).enumerate() {
+        let mut order: Vec<(f32, u32)> =
+            row.iter().enumerate().map(|(j, &d)| (if i == j { -1.0 } else { d.max(0.0) }, j as u32)).collect();
+        let by = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if k < n {
+            order.select_nth_unstable_by(k - 1, by);
+        }
+        order[..k].sort_by(by);
+        out.extend(order[..k].iter().map(|o| o.1));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_use_every_point_once_before_filling_up() {
+        let b = batches(10, 4, SeedTree::new(1));
+        assert_eq!(b.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4, 4]);
+        let mut first: Vec<u32> = b.concat()[..10].to_vec();
+        first.sort_unstable();
+        assert_eq!(first, (0..10).collect::<Vec<_>>());
+        assert!(batches(0, 4, SeedTree::new(1)).is_empty());
+        assert_eq!(batches(3, 8, SeedTree::new(1))[0].len(), 8);
+    }
+
+    #[test]
+    fn order_of_the_points_does_not_matter() {
+        let device = Device::flex();
+        device.seed(4);
+        let net = Fpcc::new(&device);
+        let points: Vec<Vec3> = (0..60)
+            .map(|i| Vec3::new((i * 7 % 13) as f32 * 0.31, (i * 5 % 17) as f32 * 0.17, i as f32 * 0.011))
+            .collect();
+        let input = inputs(&points);
+        let mut turned = input.clone();
+        turned.reverse();
+        let mut there = floats(net.forward(&turned, &device).centre);
+        there.reverse();
+        for (a, b) in floats(net.forward(&input, &device).centre).iter().zip(&there) {
+            assert!((a - b).abs() < 1e-5);
+        }
+    }
+}

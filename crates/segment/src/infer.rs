@@ -1,0 +1,197 @@
+//! The network over a thinned cloud of any size: square tiles in plan, each seen with a margin as wide as the network
+//! looks, so that a point's result does not depend on where the tiles are cut.
+
+use crate::SegmentError;
+use crate::fpccv2::EMBEDDING;
+use crate::model::SegmentModel;
+use crate::tile::neighbourhood;
+use geom::{Bounds, Observer, Vec3};
+use net::burn::tensor::Device;
+use net::burn::tensor::activation::sigmoid;
+use net::floats;
+
+/// Edge of a tile's core, d_max.
+const CORE: f32 = 12.0;
+/// Seen beyond the core, d_max: three hops to the farthest of 80 neighbours at the default resolution.
+const MARGIN: f32 = 2.0;
+/// Points of a tile above which its core is halved.
+const MOST_POINTS: usize = 40_000;
+
+/// What the network says of every thinned point; lengths in d_max.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Prediction {
+    /// Expected pose centre.
+    pub vote: Vec<Vec3>,
+    /// Expected distance of the vote from the true centre.
+    pub error: Vec<f32>,
+    /// Probability of lying on a block.
+    pub block: Vec<f32>,
+    /// Centre score.
+    pub centre: Vec<f32>,
+    /// 128 numbers a point; empty unless asked for.
+    pub embedding: Vec<f32>,
+}
+
+/// Runs the network on `position` (d_max). `tile_done` hears the number of points finished so far.
+pub(crate) fn predict(
+    model: &SegmentModel,
+    position: &[Vec3],
+    with_embedding: bool,
+    observer: &dyn Observer,
+    mut tile_done: impl FnMut(usize),
+) -> Result<Prediction, SegmentError> {
+    let n = position.len();
+    let mut out = Prediction {
+        vote: vec![Vec3::ZERO; n],
+        error: vec![0.0; n],
+        block: vec![0.0; n],
+        centre: vec![0.0; n],
+        embedding: if with_embedding { vec![0.0; n * EMBEDDING] } else { Vec::new() },
+    };
+    let device = Device::flex();
+    let mut finished = 0;
+    for tile in tiles(position) {
+        if observer.cancelled() {
+            return Err(SegmentError::Cancelled);
+        }
+        let hood = neighbourhood(
+            tile.points.iter().map(|&i| position[i as usize] - tile.middle).collect(),
+            &model.description.network.backbone,
+        );
+        let result = model.network.infer(&hood, &device);
+        let offset = floats(result.offset);
+        let log_error = floats(result.log_error);
+        let block = floats(sigmoid(result.block));
+        let centre = floats(result.centre);
+        let embedding = if with_embedding { floats(result.embedding) } else { Vec::new() };
+        for (slot, &i) in tile.points.iter().enumerate().take(tile.core) {
+            let i = i as usize;
+            out.vote[i] = position[i] + Vec3::from_slice(&offset[3 * slot..3 * slot + 3]);
+            out.error[i] = log_error[slot].exp();
+            out.block[i] = block[slot];
+            out.centre[i] = centre[slot];
+            if with_embedding {
+                out.embedding[i * EMBEDDING..][..EMBEDDING]
+                    .copy_from_slice(&embedding[slot * EMBEDDING..][..EMBEDDING]);
+            }
+        }
+        finished += tile.core;
+        tile_done(finished);
+    }
+    Ok(out)
+}
+
+/// Points of a tile, those of its core first.
+struct Tile {
+    points: Vec<u32>,
+    core: usize,
+    middle: Vec3,
+}
+
+fn tiles(position: &[Vec3]) -> Vec<Tile> {
+    let bounds = Bounds::of(position.iter().copied());
+    let mut tiles = Vec::new();
+    let all: Vec<u32> = (0..position.len() as u32).collect();
+    let size = bounds.size().truncate();
+    let count = (size / CORE).ceil().max(geom::Vec2::ONE);
+    let step = size / count;
+    // Points sorted into tile columns and rows, so that a long survey is not searched once a tile.
+    let nx = count.x as usize;
+    let ny = count.y as usize;
+    let cell = |p: Vec3| {
+        let at = ((p - bounds.min).truncate() / step.max(geom::Vec2::splat(1e-6))).floor();
+        (at.x.clamp(0.0, count.x - 1.0) as usize, at.y.clamp(0.0, count.y - 1.0) as usize)
+    };
+    let mut cells = vec![Vec::new(); nx * ny];
+    for &i in &all {
+        let (x, y) = cell(position[i as usize]);
+        cells[y * nx + x].push(i);
+    }
+    for y in 0..ny {
+        for x in 0..nx {
+            let core = cells[y * nx + x].clone();
+            if core.is_empty() {
+                continue;
+            }
+            let low = bounds.min.truncate() + step * geom::Vec2::new(x as f32, y as f32);
+            let mut around = Vec::new();
+            for v in y.saturating_sub(1)..=(y + 1).min(ny - 1) {
+                for u in x.saturating_sub(1)..=(x + 1).min(nx - 1) {
+                    if (u, v) != (x, y) {
+                        around.extend(&cells[v * nx + u]);
+                    }
+                }
+            }
+            divide(position, core, around, low, low + step, &mut tiles);
+        }
+    }
+    tiles
+}
+
+/// Adds the tile with the margin it needs, or its two halves when it holds too many points.
+fn divide(
+    position: &[Vec3],
+    core: Vec<u32>,
+    around: Vec<u32>,
+    low: geom::Vec2,
+    high: geom::Vec2,
+    tiles: &mut Vec<Tile>,
+) {
+    let size = high - low;
+    if core.len() > MOST_POINTS && size.max_element() > MARGIN {
+        let axis = usize::from(size.y > size.x);
+        let cut = (low[axis] + high[axis]) / 2.0;
+        let (left, right): (Vec<u32>, Vec<u32>) = core.iter().partition(|&&i| position[i as usize][axis] < cut);
+        let (mut left_high, mut right_low) = (high, low);
+        left_high[axis] = cut;
+        right_low[axis] = cut;
+        let with = |other: &[u32]| around.iter().chain(other).copied().collect::<Vec<u32>>();
+        let (left_around, right_around) = (with(&right), with(&left));
+        divide(position, left, left_around, low, left_high, tiles);
+        divide(position, right, right_around, right_low, high, tiles);
+        return;
+    }
+    if core.is_empty() {
+        return;
+    }
+    let near = |i: &u32| {
+        let p = position[*i as usize].truncate();
+        p.cmpge(low - MARGIN).all() && p.cmple(high + MARGIN).all()
+    };
+    let count = core.len();
+    let mut points = core;
+    let mut margin: Vec<u32> = around.into_iter().filter(near).collect();
+    margin.sort_unstable();
+    points.extend(margin);
+    let middle = ((low + high) / 2.0).extend(position[points[0] as usize].z);
+    tiles.push(Tile { points, core: count, middle });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geom::SeedTree;
+    use rand::RngExt;
+
+    #[test]
+    fn every_point_is_in_one_core_and_sees_its_margin() {
+        let mut rng = SeedTree::new(1).rng();
+        let position: Vec<Vec3> = (0..60_000)
+            .map(|_| Vec3::new(rng.random::<f32>() * 40.0, rng.random::<f32>() * 13.0, rng.random::<f32>()))
+            .collect();
+        let mut seen = vec![0; position.len()];
+        for tile in tiles(&position) {
+            let core = Bounds::of(tile.points[..tile.core].iter().map(|&i| position[i as usize]));
+            for &i in &tile.points[..tile.core] {
+                seen[i as usize] += 1;
+            }
+            let inside = |p: Vec3| {
+                let (low, high) = (core.min - (MARGIN - 0.1), core.max + (MARGIN - 0.1));
+                p.truncate().cmpge(low.truncate()).all() && p.truncate().cmple(high.truncate()).all()
+            };
+            let expected = position.iter().filter(|p| inside(**p)).count();
+            assert!(tile.points.len() >= expected);
+        }
+        assert!(seen.iter().all(|&s| s == 1));
+    }
+}

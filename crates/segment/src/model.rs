@@ -1,0 +1,124 @@
+//! A trained network with its description, as one safetensors file.
+
+use crate::SegmentError;
+use crate::fpccv2::{FpccV2, FpccV2Config};
+use crate::train::TrainConfig;
+use net::burn::tensor::Device;
+use scene::{BlockModel, Catalog};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the header of a model file says beside its tensors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelDescription {
+    /// What it was trained on.
+    pub name: String,
+    /// Network.
+    pub network: FpccV2Config,
+    /// Edge of a thinning cell, d_max.
+    pub cell: f32,
+    /// Steps trained.
+    pub steps: u64,
+    /// Shapes it was trained on; empty: many.
+    #[serde(default)]
+    pub shapes: Vec<ShapeSignature>,
+}
+
+/// What tells a shape from another whatever its size.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShapeSignature {
+    /// Volume over d_max³.
+    pub volume: f32,
+    /// Order of the rotation group.
+    pub symmetry: u32,
+}
+
+impl ShapeSignature {
+    /// Of a block.
+    pub fn of(block: &BlockModel) -> Self {
+        Self { volume: block.volume_m3 / block.d_max_m.powi(3), symmetry: block.symmetry.order() as u32 }
+    }
+
+    /// The same rotations and a volume within 10 %.
+    pub fn matches(&self, other: &Self) -> bool {
+        self.symmetry == other.symmetry && (self.volume / other.volume - 1.0).abs() < 0.1
+    }
+}
+
+/// Weights ready for [`crate::segment`].
+#[derive(Clone, Debug)]
+pub struct SegmentModel {
+    /// What they are.
+    pub description: ModelDescription,
+    pub(crate) network: FpccV2,
+}
+
+/// Value of `architecture` in the header.
+const ARCHITECTURE: &str = "fpccv2";
+
+impl SegmentModel {
+    /// Reads `model.safetensors` as training writes it.
+    pub fn load(path: &Path) -> Result<Self, SegmentError> {
+        let bytes = std::fs::read(path)
+            .map_err(|e| SegmentError::File { path: path.display().to_string(), message: e.to_string() })?;
+        Self::from_bytes(&bytes)
+    }
+
+    /// Reads the bytes of such a file.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SegmentError> {
+        let metadata = net::weights::metadata(bytes)?;
+        match metadata.get("architecture").map(String::as_str) {
+            Some(ARCHITECTURE) => {}
+            other => return Err(SegmentError::Architecture { found: other.unwrap_or("nameless").to_owned() }),
+        }
+        let text = metadata.get("description").map_or("", String::as_str);
+        let description: ModelDescription =
+            serde_json::from_str(text).map_err(|e| SegmentError::Description(e.to_string()))?;
+        let widths = &description.network.backbone;
+        if widths.edge.is_empty()
+            || widths.edge.len() != widths.level.len()
+            || description.cell.is_nan()
+            || description.cell <= 0.0
+        {
+            return Err(SegmentError::Description("the network has no levels or no cell size".into()));
+        }
+        let mut network = FpccV2::new(&description.network, &Device::flex());
+        net::weights::from_bytes(&mut network, bytes)?;
+        Ok(Self { description, network })
+    }
+
+    /// The bytes of a model file.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, SegmentError> {
+        let description =
+            serde_json::to_string(&self.description).map_err(|e| SegmentError::Description(e.to_string()))?;
+        let metadata = [("architecture".to_owned(), ARCHITECTURE.to_owned()), ("description".to_owned(), description)];
+        Ok(net::weights::to_bytes(&self.network, &metadata.into())?)
+    }
+
+    /// Writes a model file.
+    pub fn save(&self, path: &Path) -> Result<(), SegmentError> {
+        std::fs::write(path, self.to_bytes()?)
+            .map_err(|e| SegmentError::File { path: path.display().to_string(), message: e.to_string() })
+    }
+
+    /// Names of the catalogue's blocks whose shape these weights never saw.
+    pub fn strangers<'a>(&self, catalog: &'a Catalog) -> Vec<&'a str> {
+        let known = &self.description.shapes;
+        let strange = |b: &BlockModel| !known.is_empty() && !known.iter().any(|k| k.matches(&ShapeSignature::of(b)));
+        catalog.iter().filter(|(_, b)| strange(b)).map(|(_, b)| b.name.as_str()).collect()
+    }
+
+    /// A network in training as a model.
+    pub(crate) fn of_network(network: &FpccV2, config: &TrainConfig, steps: u64) -> Result<Self, SegmentError> {
+        let description = ModelDescription {
+            name: config.name.clone(),
+            network: config.network.clone(),
+            cell: config.cell,
+            steps,
+            shapes: config.shapes.clone(),
+        };
+        Ok(Self { description, network: network.clone() })
+    }
+}

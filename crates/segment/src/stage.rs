@@ -1,0 +1,381 @@
+//! The stage: survey points in, labels, instances and centre hypotheses out.
+//!
+//! For every distinct block size: thin to the network's resolution (several grids, so that every point is seen through
+//! several neighbours), run the network, gather votes, find their modes. Modes that are far enough apart and dense
+//! enough become instances; all of them go on as hypotheses. Everything is in units of d_max, which the catalogue gives.
+
+use crate::embedding_clusters::cluster;
+use crate::infer::{Prediction, predict};
+use crate::vote_peaks::{Peak, Vote, peaks, suppressed, weight};
+use crate::{SegmentError, SegmentModel};
+use geom::{Event, Observer, PointCloud, PointGrid, SeedTree, Thinned, Vec3, Warning, thin};
+use rand::RngExt;
+use scene::{Catalog, CentreHypothesis, Segmentation};
+use std::collections::BTreeMap;
+
+/// How points become instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clustering {
+    /// Modes of the votes for the pose centre: ours.
+    #[default]
+    Votes,
+    /// Non-maximum suppression of the centre score, then the nearest centre in embedding space: the thesis (Algorithm 1).
+    Embedding,
+}
+
+/// Nothing here needs a user's choice: lengths are in d_max of the catalogue's blocks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentConfig {
+    /// Votes or embeddings.
+    pub clustering: Clustering,
+    /// Thinnings of the cloud; each costs one run of the network and steadies the votes.
+    pub passes: u32,
+    /// Hypotheses nearer than this to a better one do not become instances.
+    pub instance_spacing: f32,
+    /// Confidence below which a hypothesis is dropped.
+    pub least_score: f32,
+    /// Confidence below which a hypothesis does not become an instance.
+    pub least_instance_score: f32,
+    /// Points whose vote is farther than this from every instance get no label.
+    pub reach: f32,
+    /// Probability of lying on a block below which a point gets no label.
+    pub least_block: f32,
+    /// Centre score above which a point can be a centre (thesis: 0.6).
+    pub centre_threshold: f32,
+    /// Radius of Algorithm 1 (thesis: γ = 1).
+    pub suppression: f32,
+}
+
+impl Default for SegmentConfig {
+    fn default() -> Self {
+        Self {
+            clustering: Clustering::Votes,
+            passes: 4,
+            instance_spacing: 0.5,
+            least_score: 0.05,
+            least_instance_score: 0.3,
+            reach: 0.4,
+            least_block: 0.5,
+            centre_threshold: 0.6,
+            suppression: 1.0,
+        }
+    }
+}
+
+/// Sizes closer than this share one run of the network.
+const SAME_SIZE: f32 = 1.3;
+
+/// Labels every point of the cloud. Hypotheses come best first; instances are the first of them.
+pub fn segment(
+    cloud: &PointCloud,
+    catalog: &Catalog,
+    model: &SegmentModel,
+    config: &SegmentConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Segmentation, SegmentError> {
+    let units = scales(catalog)?;
+    config.check()?;
+    if let Some(point) = cloud.position_m.iter().position(|p| !p.is_finite()) {
+        return Err(SegmentError::NotFinite { point });
+    }
+    observer.event(Event::Started { stage: "segment", total: cloud.len() as u64 });
+    let mut found = Found::default();
+    for (at, &unit_m) in units.iter().enumerate() {
+        let progress = Progress { observer, points: cloud.len(), part: at, parts: units.len() };
+        found.add(at_scale(cloud, unit_m, model, config, seed.child("scale", at as u64), &progress)?);
+    }
+    let result = found.into_segmentation(cloud.len(), config);
+    if result.instances == 0 && !cloud.is_empty() {
+        observer.event(Event::Warned(Warning {
+            stage: "segment",
+            message: format!(
+                "no block found among {} points; are the units of the survey and of the catalogue (d_max {:.3} m) right?",
+                cloud.len(),
+                catalog.d_max_m()
+            ),
+        }));
+    }
+    observer.event(Event::Finished { stage: "segment" });
+    Ok(result)
+}
+
+/// The distinct sizes of a catalogue, metres, largest first: sizes within 30 % of the largest of a group share its mean.
+pub fn scales(catalog: &Catalog) -> Result<Vec<f32>, SegmentError> {
+    if catalog.is_empty() {
+        return Err(SegmentError::EmptyCatalog);
+    }
+    let mut sizes = Vec::new();
+    for (_, model) in catalog.iter() {
+        if !(model.d_max_m > 0.0 && model.d_max_m.is_finite()) {
+            return Err(SegmentError::BadBlockSize { name: model.name.clone(), d_max_m: model.d_max_m });
+        }
+        sizes.push(model.d_max_m);
+    }
+    sizes.sort_by(|a, b| b.total_cmp(a));
+    let mut units = Vec::new();
+    let mut rest = sizes.as_slice();
+    while let Some(&largest) = rest.first() {
+        let count = rest.iter().take_while(|s| **s * SAME_SIZE >= largest).count();
+        units.push(rest[..count].iter().sum::<f32>() / count as f32);
+        rest = &rest[count..];
+    }
+    Ok(units)
+}
+
+struct Progress<'a> {
+    observer: &'a dyn Observer,
+    points: usize,
+    part: usize,
+    parts: usize,
+}
+
+impl Progress<'_> {
+    /// `share` of this scale's work is done.
+    fn tell(&self, share: f32) {
+        let done = (self.part as f32 + share) / self.parts as f32 * self.points as f32;
+        self.observer.event(Event::Advanced { stage: "segment", done: done as u64 });
+    }
+}
+
+/// What one scale found, metres.
+struct AtScale {
+    hypotheses: Vec<Hypothesis>,
+    /// Per point: label (an index into `hypotheses`) and confidence.
+    label: Vec<Option<(u32, f32)>>,
+}
+
+struct Hypothesis {
+    centre: Vec3,
+    score: f32,
+    instance: bool,
+    points: Vec<u32>,
+}
+
+/// A thinning with what the network says of it.
+struct Pass {
+    thinned: Thinned,
+    prediction: Prediction,
+    position: Vec<Vec3>,
+}
+
+fn at_scale(
+    cloud: &PointCloud,
+    unit_m: f32,
+    model: &SegmentModel,
+    config: &SegmentConfig,
+    seed: SeedTree,
+    progress: &Progress<'_>,
+) -> Result<AtScale, SegmentError> {
+    let passes = if config.clustering == Clustering::Embedding { 1 } else { config.passes };
+    let mut runs = Vec::new();
+    for pass in 0..passes {
+        let mut rng = seed.child("pass", u64::from(pass)).rng();
+        let shift = if pass == 0 { Vec3::ZERO } else { Vec3::new(rng.random(), rng.random(), rng.random()) };
+        let thinned = thin(&cloud.position_m, model.description.cell * unit_m, shift);
+        let position: Vec<Vec3> = thinned.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect();
+        let with_embedding = config.clustering == Clustering::Embedding;
+        let total = position.len().max(1) as f32;
+        let prediction = predict(model, &position, with_embedding, progress.observer, |done| {
+            progress.tell((pass as f32 + done as f32 / total) / passes as f32);
+        })?;
+        runs.push(Pass { thinned, prediction, position });
+    }
+    Ok(match config.clustering {
+        Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, config),
+        Clustering::Embedding => by_embedding(&runs[0], cloud.len(), unit_m, config),
+    })
+}
+
+fn by_votes(runs: &[Pass], points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
+    let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(1.0 / runs.len() as f32)).collect();
+    let modes = peaks(&votes);
+    let scored: Vec<(Peak, f32)> =
+        modes.iter().map(|p| (*p, confidence(p.density))).filter(|(_, score)| *score >= config.least_score).collect();
+    let apart = suppressed(scored.iter().map(|s| s.0).collect(), config.instance_spacing);
+    let mut hypotheses: Vec<Hypothesis> = scored
+        .iter()
+        .map(|&(peak, score)| Hypothesis {
+            centre: peak.at * unit_m,
+            score,
+            instance: score >= config.least_instance_score && apart.contains(&peak),
+            points: Vec::new(),
+        })
+        .collect();
+    let centres: Vec<Vec3> = scored.iter().map(|s| s.0.at).collect();
+    let grid = PointGrid::new(&centres, config.reach);
+    let mut label = vec![None; points];
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); hypotheses.len()];
+    for (i, label) in label.iter_mut().enumerate() {
+        // Every pass says which hypotheses the point could belong to, through the vote of the point that stood for it.
+        let mut support: BTreeMap<u32, f32> = BTreeMap::new();
+        let mut total = 0.0;
+        for run in runs {
+            let at = run.thinned.cell_of_point[i] as usize;
+            let p = &run.prediction;
+            let w = weight(p.block[at], p.error[at]).max(1e-6);
+            total += w;
+            if p.block[at] < config.least_block {
+                continue;
+            }
+            let nearest = |instances_only: bool| {
+                let mut best: Option<(f32, u32)> = None;
+                grid.for_each_within(p.vote[at], config.reach, |h, _, d2| {
+                    let better = best.is_none_or(|b| (d2, h) < b);
+                    if better && (!instances_only || hypotheses[h as usize].instance) {
+                        best = Some((d2, h));
+                    }
+                });
+                best.map(|b| b.1)
+            };
+            if let Some(h) = nearest(true) {
+                *support.entry(h).or_default() += w;
+            }
+            if let Some(h) = nearest(false).filter(|&h| !hypotheses[h as usize].instance) {
+                members[h as usize].push(i as u32);
+            }
+        }
+        let mut best: Option<(u32, f32)> = None;
+        for (&h, &w) in &support {
+            if best.is_none_or(|b| w > b.1) {
+                best = Some((h, w));
+            }
+        }
+        *label = best.map(|(h, w)| (h, w / total));
+    }
+    for (h, points) in hypotheses.iter_mut().zip(members) {
+        h.points = points;
+        h.points.dedup();
+    }
+    AtScale { hypotheses, label }
+}
+
+/// Probability that a hypothesis of this vote density is a block's centre: a logistic curve fitted to held-out piles.
+fn confidence(density: f32) -> f32 {
+    let x = (density.max(1e-6).ln() - DENSITY_AT_HALF.ln()) * SLOPE;
+    1.0 / (1.0 + (-x).exp())
+}
+
+/// Vote density at which half of the hypotheses are right.
+const DENSITY_AT_HALF: f32 = 4.0;
+/// Steepness per e-fold of density.
+const SLOPE: f32 = 1.2;
+
+fn by_embedding(run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
+    let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
+    let hypotheses = clusters
+        .centres
+        .iter()
+        .map(|&c| Hypothesis {
+            centre: run.prediction.vote[c as usize] * unit_m,
+            score: run.prediction.centre[c as usize].clamp(1e-6, 1.0),
+            instance: true,
+            points: Vec::new(),
+        })
+        .collect();
+    let label = (0..points)
+        .map(|i| {
+            let at = run.thinned.cell_of_point[i] as usize;
+            let on_block = run.prediction.block[at];
+            clusters.member[at].filter(|_| on_block >= config.least_block).map(|h| (h, on_block))
+        })
+        .collect();
+    AtScale { hypotheses, label }
+}
+
+impl Pass {
+    fn votes(&self, share: f32) -> impl Iterator<Item = Vote> + '_ {
+        let p = &self.prediction;
+        (0..p.vote.len()).map(move |i| Vote { at: p.vote[i], weight: share * weight(p.block[i], p.error[i]) })
+    }
+}
+
+/// Everything found at all scales.
+#[derive(Default)]
+struct Found {
+    scales: Vec<AtScale>,
+}
+
+impl Found {
+    fn add(&mut self, scale: AtScale) {
+        self.scales.push(scale);
+    }
+
+    /// One list: instances with points first, best first. A point takes the surest label of any scale.
+    fn into_segmentation(self, points: usize, config: &SegmentConfig) -> Segmentation {
+        let mut label: Vec<Option<(usize, u32, f32)>> = vec![None; points];
+        for (s, scale) in self.scales.iter().enumerate() {
+            for (slot, l) in label.iter_mut().zip(&scale.label) {
+                if let Some((h, confidence)) = *l
+                    && slot.is_none_or(|best| {
+                        let score = |s: usize, h: u32, c: f32| self.scales[s].hypotheses[h as usize].score * c;
+                        score(s, h, confidence) > score(best.0, best.1, best.2)
+                    })
+                {
+                    *slot = Some((s, h, confidence));
+                }
+            }
+        }
+        let mut order: Vec<(usize, u32)> = Vec::new();
+        let mut count: BTreeMap<(usize, u32), u32> = BTreeMap::new();
+        for &(s, h, _) in label.iter().flatten() {
+            *count.entry((s, h)).or_default() += 1;
+        }
+        for (s, scale) in self.scales.iter().enumerate() {
+            order.extend((0..scale.hypotheses.len() as u32).map(|h| (s, h)));
+        }
+        let of = |&(s, h): &(usize, u32)| &self.scales[s].hypotheses[h as usize];
+        let is_instance = |key: &(usize, u32)| of(key).instance && count.contains_key(key);
+        order.sort_by(|a, b| {
+            is_instance(b).cmp(&is_instance(a)).then(of(b).score.total_cmp(&of(a).score)).then(a.cmp(b))
+        });
+        let instances = order.iter().filter(|k| is_instance(k)).count();
+        let number: BTreeMap<(usize, u32), u32> =
+            order.iter().take(instances).enumerate().map(|(i, k)| (*k, i as u32 + 1)).collect();
+        let mut hypotheses: Vec<CentreHypothesis> = order
+            .iter()
+            .map(|k| CentreHypothesis { centre: of(k).centre, score: of(k).score, points: of(k).points.clone() })
+            .collect();
+        let mut result = Segmentation {
+            instance: vec![0; points],
+            confidence: vec![0.0; points],
+            hypotheses: Vec::new(),
+            instances,
+        };
+        for h in hypotheses.iter_mut().take(instances) {
+            h.points.clear();
+        }
+        for (i, l) in label.iter().enumerate() {
+            if let Some((s, h, confidence)) = l
+                && let Some(&n) = number.get(&(*s, *h))
+            {
+                result.instance[i] = n;
+                result.confidence[i] = confidence.clamp(0.0, 1.0);
+                hypotheses[n as usize - 1].points.push(i as u32);
+            }
+        }
+        let _ = config;
+        result.hypotheses = hypotheses;
+        result
+    }
+}
+
+impl SegmentConfig {
+    fn check(&self) -> Result<(), SegmentError> {
+        let within = |name, value: f32, low: f32, high: f32, allowed| {
+            if value >= low && value <= high {
+                Ok(())
+            } else {
+                Err(SegmentError::Setting { name, value: value.into(), allowed })
+            }
+        };
+        within("passes", self.passes as f32, 1.0, 64.0, "1 to 64")?;
+        within("instance_spacing", self.instance_spacing, 0.01, 10.0, "0.01 to 10 d_max")?;
+        within("reach", self.reach, 0.01, 10.0, "0.01 to 10 d_max")?;
+        within("least_score", self.least_score, 0.0, 1.0, "0 to 1")?;
+        within("least_instance_score", self.least_instance_score, 0.0, 1.0, "0 to 1")?;
+        within("least_block", self.least_block, 0.0, 1.0, "0 to 1")?;
+        within("centre_threshold", self.centre_threshold, 0.0, 1.0, "0 to 1")?;
+        within("suppression", self.suppression, 0.01, 10.0, "0.01 to 10 d_max")
+    }
+}

@@ -1,0 +1,261 @@
+//! Training: scenes stream in, tiles are cut, two replicas share a step, checkpoints resume.
+//!
+//! Scene `i` becomes available at a step fixed beforehand and leaves a fixed number of scenes later, so the run does not
+//! depend on how fast scenes are made: same seed, same tiles, same losses to rounding.
+
+mod checkpoint;
+mod scenes;
+
+use crate::SegmentError;
+use crate::fpccv2::{FpccV2, FpccV2Config};
+use crate::loss::{LossConfig, LossReport, loss};
+use crate::model::{SegmentModel, ShapeSignature};
+use crate::tile::{LabelledScene, Targets, neighbourhood};
+use checkpoint::Checkpoint;
+use geom::{Event, Observer, SeedTree};
+use net::Replicas;
+use net::burn::grad_clipping::GradientClippingConfig;
+use net::burn::module::Module;
+use net::burn::optim::AdamWConfig;
+use net::burn::tensor::Device;
+use net::replicas::sum_gradients;
+use net::schedule::cosine_with_warmup;
+use scenes::Stream;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Everything that decides a training run beside its scenes and seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrainConfig {
+    /// Network.
+    pub network: FpccV2Config,
+    /// Loss.
+    pub loss: LossConfig,
+    /// Optimiser steps.
+    pub steps: u64,
+    /// Tiles of a step: one a replica.
+    pub replicas: usize,
+    /// Points of a tile.
+    pub tile_points: usize,
+    /// Edge of a thinning cell, d_max.
+    pub cell: f32,
+    /// Smallest part of the points kept before thinning.
+    pub sparsest: f32,
+    /// Points nearer than this to the cut are not taught, d_max.
+    pub margin: f32,
+    /// Mirror half of the tiles; off for shapes that are not their own mirror image.
+    pub mirror: bool,
+    /// Peak learning rate.
+    pub learning_rate: f64,
+    /// Steps of linear warm-up.
+    pub warmup: u64,
+    /// Weight decay of AdamW.
+    pub weight_decay: f32,
+    /// Scenes in memory.
+    pub scenes_kept: u64,
+    /// Scenes before the first step.
+    pub scenes_first: u64,
+    /// Steps until the next scene comes.
+    pub steps_per_scene: u64,
+    /// Thinnings of a scene.
+    pub variants: u64,
+    /// Steps between checkpoints.
+    pub checkpoint_steps: u64,
+    /// Steps between validations, on scenes never trained on.
+    pub validation_steps: u64,
+    /// Validation scenes.
+    pub validation_scenes: u64,
+    /// Words for the model file: what it was trained on.
+    pub name: String,
+    /// Shapes of the scenes, for the model file; empty: many.
+    pub shapes: Vec<ShapeSignature>,
+}
+
+impl Default for TrainConfig {
+    fn default() -> Self {
+        Self {
+            network: FpccV2Config::default(),
+            loss: LossConfig::default(),
+            steps: 20_000,
+            replicas: 2,
+            tile_points: 2048,
+            cell: 1.0 / 7.0,
+            sparsest: 0.35,
+            margin: 0.4,
+            mirror: true,
+            learning_rate: 2e-3,
+            warmup: 200,
+            weight_decay: 1e-2,
+            scenes_kept: 120,
+            scenes_first: 8,
+            steps_per_scene: 12,
+            variants: 2,
+            checkpoint_steps: 500,
+            validation_steps: 500,
+            validation_scenes: 6,
+            name: String::new(),
+            shapes: Vec::new(),
+        }
+    }
+}
+
+/// Which scenes the source is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// Trained on.
+    Train,
+    /// Never trained on.
+    Validation,
+}
+
+/// Where scenes come from; called from one other thread while training runs.
+pub trait SceneSource: Sync {
+    /// Scene `index` of a split; the same every time.
+    fn scene(&self, split: Split, index: u64) -> Result<LabelledScene, String>;
+}
+
+impl<F: Fn(Split, u64) -> Result<LabelledScene, String> + Sync> SceneSource for F {
+    fn scene(&self, split: Split, index: u64) -> Result<LabelledScene, String> {
+        self(split, index)
+    }
+}
+
+/// A finished or stopped training.
+#[derive(Clone, Debug)]
+pub struct Trained {
+    /// The network as it is now.
+    pub model: SegmentModel,
+    /// Steps done.
+    pub steps: u64,
+    /// The last validation.
+    pub validation: LossReport,
+}
+
+/// Trains in `folder`: `curve.csv`, `config.json`, `checkpoint/`, `model.safetensors`. A folder with a checkpoint is
+/// resumed; `init` gives the first weights of a new run. Stops after a checkpoint when the observer is cancelled.
+pub fn train(
+    source: &dyn SceneSource,
+    config: &TrainConfig,
+    init: Option<&SegmentModel>,
+    folder: &Path,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Trained, SegmentError> {
+    config.check()?;
+    let device = Device::flex().autodiff();
+    let replicas = Replicas::new(config.replicas).map_err(SegmentError::Threads)?;
+    let optimiser = || {
+        AdamWConfig::new()
+            .with_weight_decay(config.weight_decay)
+            .with_epsilon(1e-8)
+            .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
+            .init()
+    };
+    device.seed(seed.child("weights", 0).value());
+    let mut network = FpccV2::new(&config.network, &device).materialize();
+    if let Some(model) = init {
+        net::weights::from_bytes(&mut network, &model.to_bytes()?)?;
+    }
+    let checkpoint = Checkpoint::open(folder, config)?;
+    let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser())?;
+    let mut curve = checkpoint.curve(first)?;
+    let mut validation = LossReport::default();
+
+    observer.event(Event::Started { stage: "train", total: config.steps });
+    let network = std::thread::scope(|scope| -> Result<FpccV2, SegmentError> {
+        let mut stream = Stream::new(scope, source, config, seed, first);
+        let held_out = scenes::validation_tiles(source, config, seed)?;
+        for step in first..config.steps {
+            let visible = stream.scenes_at(step)?;
+            // Copies with leaves of their own: tapes that share a parameter are one tape, and two threads walking it
+            // backwards wait for each other for ever.
+            let copies: Vec<FpccV2> = (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
+            let results = replicas.run(|replica| {
+                let network = &copies[replica];
+                let tile = scenes::draw(&visible, config, seed, step, replica as u64);
+                let hood = neighbourhood(tile.position.clone(), &config.network.backbone);
+                network.gradients(&hood, &device, |output| {
+                    let (total, report) = loss(output, &tile, &config.loss, &device);
+                    (total / replicas.len() as f32, report)
+                })
+            });
+            let (grads, reports): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+            let report = mean(&reports);
+            if !report.total.is_finite() {
+                return Err(SegmentError::Diverged { step, loss: report.total });
+            }
+            let rate = cosine_with_warmup(config.learning_rate, config.warmup, step, config.steps);
+            let sum = sum_gradients(&network, grads);
+            network = optimiser.step(rate, network, sum);
+            let done = step + 1;
+            let last = done == config.steps;
+            if done % config.validation_steps == 0 || last {
+                validation = validate(&network, &held_out, config, &replicas);
+                curve.write(done, rate, &report, Some(&validation))?;
+            } else if done % 20 == 0 {
+                curve.write(done, rate, &report, None)?;
+            }
+            let stop = observer.cancelled();
+            if done % config.checkpoint_steps == 0 || last || stop {
+                checkpoint.save(&network, &optimiser, done, config)?;
+            }
+            observer.event(Event::Advanced { stage: "train", done });
+            if stop {
+                break;
+            }
+        }
+        Ok(network)
+    })?;
+    observer.event(Event::Finished { stage: "train" });
+    let steps = checkpoint.steps_done()?;
+    Ok(Trained { model: SegmentModel::of_network(&network.valid(), config, steps)?, steps, validation })
+}
+
+/// Losses on held-out tiles, without gradients.
+fn validate(network: &FpccV2, tiles: &[Targets], config: &TrainConfig, replicas: &Replicas) -> LossReport {
+    let network = network.valid();
+    let device = Device::flex();
+    let count = replicas.len();
+    let parts = replicas.run(|replica| {
+        let mine = tiles.iter().skip(replica).step_by(count);
+        mine.map(|tile| {
+            let hood = neighbourhood(tile.position.clone(), &config.network.backbone);
+            loss(network.infer(&hood, &device), tile, &config.loss, &device).1
+        })
+        .collect::<Vec<_>>()
+    });
+    mean(&parts.concat())
+}
+
+fn mean(reports: &[LossReport]) -> LossReport {
+    let n = reports.len().max(1) as f32;
+    let of = |f: fn(&LossReport) -> f32| reports.iter().map(f).sum::<f32>() / n;
+    LossReport {
+        total: of(|r| r.total),
+        pair: of(|r| r.pair),
+        centre: of(|r| r.centre),
+        offset: of(|r| r.offset),
+        block: of(|r| r.block),
+    }
+}
+
+impl TrainConfig {
+    fn check(&self) -> Result<(), SegmentError> {
+        let at_least = |name, value: f64, least: f64, allowed| {
+            if value >= least { Ok(()) } else { Err(SegmentError::Setting { name, value, allowed }) }
+        };
+        at_least("steps", self.steps as f64, 1.0, "at least 1")?;
+        at_least("replicas", self.replicas as f64, 1.0, "at least 1")?;
+        at_least("tile_points", self.tile_points as f64, 64.0, "at least 64")?;
+        at_least("cell", f64::from(self.cell), 1e-3, "at least 0.001 d_max")?;
+        at_least("sparsest", f64::from(self.sparsest), 1e-3, "0.001 to 1")?;
+        at_least("scenes_kept", self.scenes_kept as f64, 1.0, "at least 1")?;
+        at_least("scenes_first", self.scenes_first as f64, 1.0, "at least 1")?;
+        at_least("steps_per_scene", self.steps_per_scene as f64, 1.0, "at least 1")?;
+        at_least("variants", self.variants as f64, 1.0, "at least 1")?;
+        at_least("checkpoint_steps", self.checkpoint_steps as f64, 1.0, "at least 1")?;
+        at_least("validation_steps", self.validation_steps as f64, 1.0, "at least 1")?;
+        at_least("validation_scenes", self.validation_scenes as f64, 1.0, "at least 1")
+    }
+}
