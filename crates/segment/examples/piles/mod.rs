@@ -51,7 +51,8 @@ pub fn recipe(height_m: f32, rng: &mut impl rand::Rng) -> Result<Recipe, String>
     let most = between(18.0, 60.0) as u32;
     recipe.count = [most, most];
     recipe.site = Site::Pen { side_blocks: between(4.0, 6.0) };
-    recipe.bed.stone_blocks = between(0.0, 0.4);
+    // Half of the beds smooth; stones far below a block's size only cost time in the physics.
+    recipe.bed.stone_blocks = if between(0.0, 1.0) < 0.5 { 0.0 } else { between(0.2, 0.5) };
     recipe.bed.slope_m = if between(0.0, 1.0) < 0.4 { between(1.5, 8.0) } else { 0.0 };
     recipe.bed.falls_towards_deg = between(0.0, 360.0);
     let above = Ring { elevation_deg: 90.0, cameras: 1 };
