@@ -7,6 +7,7 @@ pub mod fpccv2;
 mod infer;
 pub mod loss;
 pub mod model;
+mod shipped;
 pub mod stage;
 pub mod tile;
 pub mod train;

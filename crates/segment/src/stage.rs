@@ -79,6 +79,17 @@ pub fn segment(
     if let Some(point) = cloud.position_m.iter().position(|p| !p.is_finite()) {
         return Err(SegmentError::NotFinite { point });
     }
+    let strangers = model.strangers(catalog);
+    if !strangers.is_empty() {
+        observer.event(Event::Warned(Warning {
+            stage: "segment",
+            message: format!(
+                "the weights `{}` were not trained on the shape of {}; expect misses, or train with `tsumu train segment`",
+                model.description.name,
+                strangers.join(", ")
+            ),
+        }));
+    }
     observer.event(Event::Started { stage: "segment", total: cloud.len() as u64 });
     let mut found = Found::default();
     for (at, &unit_m) in units.iter().enumerate() {
