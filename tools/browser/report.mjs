@@ -6,7 +6,7 @@
 // Software rendering, so that it runs on a machine without a screen. Prints one line a check; exit 1 when one fails.
 
 import { chromium } from "playwright-core";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, readFileSync } from "node:fs";
 import { resolve } from "node:path";
 
 const [, , file, pictures] = process.argv;
@@ -82,6 +82,19 @@ for (const [x, y] of [[0.46, 0.5], [0.54, 0.55]]) await page.mouse.click(box.x +
 await picture();
 check("measuring gives a distance", /distance [\d.]+ m/.test(await page.textContent("#info")), JSON.stringify(await page.textContent("#info")));
 await page.click("#measure");
+
+if (found) {
+  await page.locator("tr[data-block]").nth(1).click();
+  await page.click("#review-reject");
+  await page.locator("tr[data-block]").nth(2).click();
+  await page.fill("#review-note", "seen on site");
+  await page.click("#review-accept");
+  const download = page.waitForEvent("download");
+  await page.click("#review-save");
+  const saved = JSON.parse(readFileSync(await (await download).path(), "utf8"));
+  check("the review is saved", saved.format === 1 && saved.blocks.map(b => b.verdict).join() === "rejected,accepted" && saved.blocks[1].note === "seen on site", JSON.stringify(saved.blocks[0]));
+  await page.click("#review-clear");
+}
 
 await page.click("[data-set-lang=ja]");
 check("Japanese", await page.locator("h2 [lang=ja]").first().isVisible() && !await page.locator("h2 [lang=en]").first().isVisible());

@@ -141,7 +141,7 @@ impl HeightMap {
         let (ab, ac) = ((b - a).truncate(), (c - a).truncate());
         let twice = ab.perp_dot(ac);
         // A triangle seen edge-on covers no centre; its neighbours carry its rim.
-        if !(twice.abs() > 1e-12) {
+        if twice.is_nan() || twice.abs() <= 1e-12 {
             return;
         }
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -166,7 +166,7 @@ impl HeightMap {
         for p in points {
             if let Some((ix, iy)) = self.cell_of(p.x, p.y) {
                 let cell = &mut self.z_m[iy * self.nx + ix];
-                if !(*cell >= p.z) && p.z.is_finite() {
+                if p.z.is_finite() && (cell.is_nan() || *cell < p.z) {
                     *cell = p.z;
                 }
             }

@@ -8,12 +8,13 @@ use std::fmt::Write;
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
 /// In the order they build on each other.
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("page/data.js"),
     include_str!("page/camera.js"),
     include_str!("page/shade.js"),
     include_str!("page/draw.js"),
     include_str!("page/viewer.js"),
+    include_str!("page/review.js"),
     include_str!("page/page.js"),
 ];
 

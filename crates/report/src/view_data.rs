@@ -49,6 +49,8 @@ struct Found {
     model: u16,
     pose: [f32; 7],
     confidence: f32,
+    fitness_m: f32,
+    occlusion: f32,
     judged: bool,
 }
 
@@ -86,6 +88,8 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
         model: r.model.0,
         pose: numbers(&r.site_from_block),
         confidence: r.confidence,
+        fitness_m: r.fitness_m,
+        occlusion: r.occlusion,
         judged: r.judgement == Judgement::Accepted,
     });
     let added = input.plan.iter().flat_map(|p| &p.placements).map(|p| Added {

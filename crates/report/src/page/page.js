@@ -74,6 +74,7 @@ function connect(viewer) {
       box.scrollTop = row.offsetTop - box.clientHeight / 2;
     }
     viewer.choose(number, fly);
+    document.dispatchEvent(new CustomEvent("chosen", { detail: number }));
     info();
   }
   const choose = row => {
@@ -157,6 +158,7 @@ function connect(viewer) {
     byId("legend").replaceChildren(...lines);
   }
   document.addEventListener("language", () => { legend(); info(); });
+  viewer.review = new Review(viewer);
   // A printer takes the canvas as it is at that moment.
   window.addEventListener("beforeprint", () => viewer.drawNow());
   legend();
