@@ -87,12 +87,12 @@ pub(crate) fn judge(
     let found = impact(stack, model, &trial.rest);
     let state = if trial.displaced_m > limit_m {
         PlacementState::Unstable
-    } else if !trial.at_rest {
-        PlacementState::Unsettled
     } else if !stack.is_inside(model, &trial.rest, settings.inside)
         || reach.is_some_and(|r| !r.covers(centre.truncate()))
     {
         PlacementState::Outside
+    } else if !trial.at_rest {
+        PlacementState::Unsettled
     } else if !(above_design_m(stack, centre) <= settings.overflow_m) {
         PlacementState::Overflow
     } else if (trial.contacts < settings.minimum_supports && !trial.on_ground)

@@ -136,7 +136,8 @@ impl Default for PlanConfig {
             drop_time_s: 10.0,
             search: SearchConfig::default(),
             crane: None,
-            physics: PhysicsConfig { step_s: 1.0 / 60.0, ..PhysicsConfig::default() },
+            // Half the step rate and half the rest time of a pile: one block on fixed ones settles as well (the shake tells).
+            physics: PhysicsConfig { step_s: 1.0 / 60.0, rest_time_s: 0.25, ..PhysicsConfig::default() },
         }
     }
 }
@@ -211,7 +212,7 @@ impl PlanConfig {
             shake_limit_m: length(self.shake_limit_m, 0.1),
             drop_time_s: self.drop_time_s * scale.sqrt(),
             // Two bodies meet within two reaches; the rest is room to roll (random) or to settle (predicted poses).
-            local_radius_m: if self.policy == Policy::Random { 5.0 } else { 3.0 } * reach_m.max(model.d_max_m),
+            local_radius_m: if self.policy == Policy::Random { 4.0 } else { 3.0 } * reach_m.max(model.d_max_m),
             search: self.search.clone(),
             physics: self.physics.for_block_size(model.d_box_m),
         };

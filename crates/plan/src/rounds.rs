@@ -10,7 +10,7 @@ use crate::{
     trial::Drop,
     windows::{self, Window},
 };
-use geom::{Event, Observer, Pose, SeedTree, Vec2, Warning};
+use geom::{Event, Observer, Pose, SeedTree, Vec2, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
 
@@ -113,7 +113,9 @@ pub(crate) fn attempt(
     round: u32,
 ) -> (Placement, acceptance::Impact) {
     let mut falling = Drop::new(stack, &site.settings, site.model, drop);
-    let trial = falling.settle(limit_m);
+    // What has rolled over the boundary does not roll back.
+    let lost = |centre: Vec3| !stack.design_level_m(centre.x, centre.y).is_finite();
+    let trial = falling.settle(limit_m, &lost);
     let (state, impact) =
         acceptance::judge(stack, &site.settings, site.reach.as_ref(), site.model, limit_m, &trial, &mut falling);
     let placement = Placement {

@@ -51,10 +51,10 @@ impl<'a> Drop<'a> {
         Self { world, body, settings, centre: block.centre, mass_kg: block.mass_kg() }
     }
 
-    /// Lets go; gives up as soon as the centre has moved sideways by more than `limit_m`.
-    pub fn settle(&mut self, limit_m: f32) -> Trial {
+    /// Lets go; gives up as soon as the centre has moved sideways by more than `limit_m` or is `lost`.
+    pub fn settle(&mut self, limit_m: f32, lost: &dyn Fn(Vec3) -> bool) -> Trial {
         let start = self.pose() * self.centre;
-        let (at_rest, displaced_m) = self.run(self.settings.drop_time_s, start, limit_m);
+        let (at_rest, displaced_m) = self.run(self.settings.drop_time_s, start, limit_m, lost);
         let (contacts, on_ground) = if at_rest { self.contacts() } else { (0, false) };
         Trial { rest: self.pose(), at_rest, displaced_m, contacts, on_ground }
     }
@@ -70,7 +70,8 @@ impl<'a> Drop<'a> {
             let (sin, cos) = (third as f32 * std::f32::consts::TAU / 3.0).sin_cos();
             let push = Vec3::new(cos, sin, 0.0) * (self.mass_kg * self.settings.shake_m_s);
             self.world.apply_impulse(self.body, push);
-            self.run(2.0 * self.settings.physics.rest_time_s * self.time_scale(), start, self.settings.shake_limit_m);
+            let time_s = 2.0 * self.settings.physics.rest_time_s * self.time_scale();
+            self.run(time_s, start, self.settings.shake_limit_m, &|_| false);
             moved_m = moved_m.max((self.pose() * self.centre - start).length());
             if moved_m > self.settings.shake_limit_m {
                 break;
@@ -80,7 +81,7 @@ impl<'a> Drop<'a> {
     }
 
     /// Steps until rest, the time limit or the distance limit.
-    fn run(&mut self, time_s: f32, start: Vec3, limit_m: f32) -> (bool, f32) {
+    fn run(&mut self, time_s: f32, start: Vec3, limit_m: f32, lost: &dyn Fn(Vec3) -> bool) -> (bool, f32) {
         let step_s = self.world.step_s();
         let rest_steps = (self.settings.physics.rest_time_s * self.time_scale() / step_s).ceil() as u32;
         let rest_speed = self.settings.physics.rest_speed_m_s * self.time_scale();
@@ -89,7 +90,7 @@ impl<'a> Drop<'a> {
             self.world.step(1);
             let centre = self.pose() * self.centre;
             displaced_m = displaced_m.max((centre - start).truncate().length());
-            if !(displaced_m <= limit_m) {
+            if !(displaced_m <= limit_m) || lost(centre) {
                 return (false, displaced_m);
             }
             still = if self.world.speed_m_s(self.body) < rest_speed { still + 1 } else { 0 };

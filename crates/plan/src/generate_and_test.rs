@@ -1,0 +1,123 @@
+//! Training data for a placement network, by generate-and-test (dissertation §4.7.2–4.7.4).
+//!
+//! In: a background pile with a design above it. Out: for each window its depth image and, of many random drops,
+//! those that stay where they were let go (sideways displacement within the limit) and leave the smallest deficit.
+//! The best is the thesis' target; the runners-up are kept because there is rarely one right answer: see
+//! [`WindowSample::best`].
+
+use crate::{PlanConfig, PlanError, PlanInput, Policy, acceptance, random_pose, site, trial::Drop, windows};
+use geom::{Observer, Pose, SeedTree, Vec2, Vec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// How much to generate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GenerateConfig {
+    /// Random drops a window (the thesis: 1000–3000).
+    pub drops: u32,
+    /// Most windows; 0: all that lack the minimum volume.
+    pub windows: u32,
+    /// Edge of the depth image, pixels (the thesis: 512; 128 shows 2 cm on a 2 m block).
+    pub pixels: u32,
+    /// Edge of the depth image, in block lengths.
+    pub view: f32,
+    /// How many of the best drops are kept.
+    pub keep: u32,
+}
+
+impl Default for GenerateConfig {
+    fn default() -> Self {
+        Self { drops: 1000, windows: 0, pixels: 128, view: 1.5, keep: 16 }
+    }
+}
+
+/// A drop that stayed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GoodDrop {
+    /// Pose of the drop: the block's centre relative to the window's centre at design height, attitude symmetry-canonical.
+    pub drop: Pose,
+    /// Void it fills, m³: the larger, the smaller the remaining deficit V.
+    pub filled_m3: f32,
+    /// Sideways displacement while settling.
+    pub displaced_m: f32,
+}
+
+/// One window: what the network sees and what it should answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WindowSample {
+    /// Centre of the window, local frame.
+    pub centre: Vec2,
+    /// Design height minus surface, metres, row by row northwards, `pixels` × `pixels`.
+    pub depth_m: Vec<f32>,
+    /// The best drops, best first; empty when none stayed.
+    pub best: Vec<GoodDrop>,
+    /// Drops made.
+    pub drops: u32,
+}
+
+/// Slides over the background and drops blocks in every window. The policy of `config` does not matter.
+pub fn generate_and_test(
+    input: &PlanInput,
+    config: &PlanConfig,
+    generate: &GenerateConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<WindowSample>, PlanError> {
+    let config = PlanConfig { policy: Policy::Random, ..config.clone() };
+    let site = site::prepare(input, &config, seed, observer)?;
+    let stack = site.stack(input);
+    let settings = &site.settings;
+    let block = stack.catalog.get(site.model);
+    let mut found = windows::detect(&stack.surface, &stack.design, settings, |_| true);
+    if generate.windows > 0 {
+        found.truncate(generate.windows as usize);
+    }
+    observer.event(geom::Event::Started { stage: "generate", total: found.len() as u64 });
+    let done = std::sync::atomic::AtomicU64::new(0);
+    let sample = |(number, window): (usize, &windows::Window)| {
+        if observer.cancelled() {
+            return Err(PlanError::Cancelled);
+        }
+        let mut rng = seed.child("window", number as u64).rng();
+        let level = stack.design_level_m(window.centre.x, window.centre.y);
+        let origin = window.centre.extend(if level.is_finite() { level } else { 0.0 });
+        let mut best: Vec<GoodDrop> = Vec::new();
+        for _ in 0..generate.drops {
+            let Some(drop) = random_pose::pose(&stack, settings, site.model, window, &mut rng) else { continue };
+            let trial =
+                Drop::new(&stack, settings, site.model, &drop).settle(settings.displacement_limit_m, &|_| false);
+            if !trial.at_rest || trial.displaced_m > settings.displacement_limit_m {
+                continue;
+            }
+            let filled_m3 = acceptance::impact(&stack, site.model, &trial.rest).filled_m3;
+            let canonical = block.symmetry.canonical(&drop);
+            let centre = canonical * block.centre - origin;
+            let drop = Pose::from_parts(centre, canonical.rotation);
+            best.push(GoodDrop { drop, filled_m3, displaced_m: trial.displaced_m });
+        }
+        best.sort_by(|a, b| b.filled_m3.total_cmp(&a.filled_m3));
+        best.truncate(generate.keep as usize);
+        let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        observer.event(geom::Event::Advanced { stage: "generate", done });
+        let depth_m = depth_image(&stack.surface, origin, generate, block.d_box_m);
+        Ok(WindowSample { centre: window.centre, depth_m, best, drops: generate.drops })
+    };
+    let samples = found.par_iter().enumerate().map(sample).collect();
+    observer.event(geom::Event::Finished { stage: "generate" });
+    samples
+}
+
+/// How far the surface lies below the origin, pixel by pixel; beyond the map its border continues.
+fn depth_image(surface: &geom::HeightMap, origin: Vec3, generate: &GenerateConfig, d_box_m: f32) -> Vec<f32> {
+    let (n, edge_m) = (generate.pixels as usize, generate.view * d_box_m);
+    let pixel_m = edge_m / n.max(1) as f32;
+    let last = surface.centre(surface.nx - 1, surface.ny - 1);
+    let at = |i: usize, j: usize| {
+        let offset = |k: usize| (k as f32 + 0.5) * pixel_m - 0.5 * edge_m;
+        let x = (origin.x + offset(i)).clamp(surface.origin[0], last.x);
+        let y = (origin.y + offset(j)).clamp(surface.origin[1], last.y);
+        origin.z - surface.sample_m(x, y).unwrap_or(origin.z)
+    };
+    (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect()
+}

@@ -1,0 +1,31 @@
+//! Generate-and-test data.
+
+use crate::site;
+use geom::{SeedTree, Silent, Vec3};
+use plan::{GenerateConfig, PlanConfig, generate_and_test};
+
+#[test]
+fn samples_hold_only_drops_that_stayed_best_first() {
+    let site = site::site(10.0, 10, 2.5);
+    let generate = GenerateConfig { drops: 40, windows: 3, pixels: 32, keep: 5, ..GenerateConfig::default() };
+    let make =
+        || generate_and_test(&site.input(), &PlanConfig::default(), &generate, SeedTree::new(4), &Silent).unwrap();
+    let samples = make();
+    assert_eq!(samples, make(), "the same seed gives the same data");
+    assert_eq!(samples.len(), 3);
+    let block = site.catalog.get(site.catalog.find("small").unwrap());
+    assert!(samples.iter().any(|s| s.best.len() > 1));
+    for sample in &samples {
+        assert_eq!(sample.depth_m.len(), 32 * 32);
+        assert!(sample.depth_m.iter().all(|d| *d <= 2.5 + 1e-4), "nothing lies below the ground");
+        assert!(sample.best.len() <= 5);
+        assert!(sample.best.windows(2).all(|w| w[0].filled_m3 >= w[1].filled_m3));
+        for drop in &sample.best {
+            assert!(drop.displaced_m <= 0.1 * block.d_box_m + 1e-4);
+            let canonical = block.symmetry.canonical(&drop.drop).rotation;
+            assert!(canonical.dot(drop.drop.rotation).abs() > 1.0 - 1e-4);
+            let sideways = Vec3::new(drop.drop.translation.x, drop.drop.translation.y, 0.0).length();
+            assert!(sideways <= 0.25 * block.d_box_m * std::f32::consts::SQRT_2 + 1e-3);
+        }
+    }
+}
