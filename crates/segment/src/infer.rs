@@ -5,15 +5,16 @@ use crate::SegmentError;
 use crate::fpccv2::EMBEDDING;
 use crate::model::SegmentModel;
 use crate::tile::neighbourhood;
-use geom::{Bounds, Observer, Vec3};
+use geom::{Bounds, Observer, Vec2, Vec3};
 use net::burn::tensor::Device;
 use net::burn::tensor::activation::sigmoid;
 use net::floats;
+use std::collections::BTreeMap;
 
 /// Edge of a tile's core, d_max.
-const CORE: f32 = 12.0;
+const CORE: f32 = 16.0;
 /// Seen beyond the core, d_max: three hops to the farthest of 80 neighbours at the default resolution.
-const MARGIN: f32 = 2.0;
+const MARGIN: f32 = 2.2;
 /// Points of a tile above which its core is halved.
 const MOST_POINTS: usize = 40_000;
 
@@ -90,53 +91,33 @@ struct Tile {
 
 fn tiles(position: &[Vec3]) -> Vec<Tile> {
     let bounds = Bounds::of(position.iter().copied());
-    let mut tiles = Vec::new();
-    let all: Vec<u32> = (0..position.len() as u32).collect();
     let size = bounds.size().truncate();
-    let count = (size / CORE).ceil().max(geom::Vec2::ONE);
-    let step = size / count;
-    // Points sorted into tile columns and rows, so that a long survey is not searched once a tile.
-    let nx = count.x as usize;
-    let ny = count.y as usize;
-    let cell = |p: Vec3| {
-        let at = ((p - bounds.min).truncate() / step.max(geom::Vec2::splat(1e-6))).floor();
-        (at.x.clamp(0.0, count.x - 1.0) as usize, at.y.clamp(0.0, count.y - 1.0) as usize)
-    };
-    let mut cells = vec![Vec::new(); nx * ny];
-    for &i in &all {
-        let (x, y) = cell(position[i as usize]);
-        cells[y * nx + x].push(i);
+    let count = (size / CORE).ceil().max(Vec2::ONE);
+    let step = (size / count).max(Vec2::splat(1e-6));
+    // Only occupied cells: a stray point kilometres away must not cost memory.
+    let mut cells: BTreeMap<(i64, i64), Vec<u32>> = BTreeMap::new();
+    for (i, p) in position.iter().enumerate() {
+        let at = ((*p - bounds.min).truncate() / step).floor().min(count - 1.0);
+        cells.entry((at.x as i64, at.y as i64)).or_default().push(i as u32);
     }
-    for y in 0..ny {
-        for x in 0..nx {
-            let core = cells[y * nx + x].clone();
-            if core.is_empty() {
-                continue;
-            }
-            let low = bounds.min.truncate() + step * geom::Vec2::new(x as f32, y as f32);
-            let mut around = Vec::new();
-            for v in y.saturating_sub(1)..=(y + 1).min(ny - 1) {
-                for u in x.saturating_sub(1)..=(x + 1).min(nx - 1) {
-                    if (u, v) != (x, y) {
-                        around.extend(&cells[v * nx + u]);
-                    }
+    let mut tiles = Vec::new();
+    for (&(x, y), core) in &cells {
+        let low = bounds.min.truncate() + step * Vec2::new(x as f32, y as f32);
+        let mut around = Vec::new();
+        for v in y - 1..=y + 1 {
+            for u in x - 1..=x + 1 {
+                if (u, v) != (x, y) {
+                    around.extend(cells.get(&(u, v)).into_iter().flatten());
                 }
             }
-            divide(position, core, around, low, low + step, &mut tiles);
         }
+        divide(position, core.clone(), around, low, low + step, &mut tiles);
     }
     tiles
 }
 
 /// Adds the tile with the margin it needs, or its two halves when it holds too many points.
-fn divide(
-    position: &[Vec3],
-    core: Vec<u32>,
-    around: Vec<u32>,
-    low: geom::Vec2,
-    high: geom::Vec2,
-    tiles: &mut Vec<Tile>,
-) {
+fn divide(position: &[Vec3], core: Vec<u32>, around: Vec<u32>, low: Vec2, high: Vec2, tiles: &mut Vec<Tile>) {
     let size = high - low;
     if core.len() > MOST_POINTS && size.max_element() > MARGIN {
         let axis = usize::from(size.y > size.x);

@@ -191,3 +191,139 @@ fn spread(weight: &[f32], count: usize) -> Vec<usize> {
     }
     (0..count).map(|i| all[i * all.len() / count]).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geom::{SeedTree, Vec3};
+    use net::burn::tensor::Shape;
+    use rand::RngExt;
+
+    const N: usize = 12;
+
+    fn targets() -> Targets {
+        let mut rng = SeedTree::new(8).rng();
+        let mut draw = |by: f32| Vec3::new(rng.random(), rng.random(), rng.random()) * by;
+        let position: Vec<Vec3> = (0..N).map(|_| draw(2.5)).collect();
+        let offset = (0..N).map(|_| draw(0.8)).collect();
+        let instance = (0..N as u32).map(|i| i % 4).collect();
+        let inner = (0..N).map(|i| f32::from(i != 5)).collect();
+        Targets { position, instance, offset, inner }
+    }
+
+    fn numbers(count: usize, seed: u64) -> Vec<f32> {
+        let mut rng = SeedTree::new(seed).rng();
+        (0..count).map(|_| rng.random::<f32>() * 0.5).collect()
+    }
+
+    fn output(parts: &[Vec<f32>], device: &Device) -> (Output, Vec<Tensor<2>>) {
+        let leaves: Vec<Tensor<2>> = parts
+            .iter()
+            .map(|p| {
+                let t = Tensor::<2>::from_data(TensorData::new(p.clone(), Shape::new([N, p.len() / N])), device);
+                if device.is_autodiff() { t.require_grad() } else { t }
+            })
+            .collect();
+        let [embedding, centre, offset, log_error, block] = [0, 1, 2, 3, 4].map(|i| leaves[i].clone());
+        (Output { embedding, centre, offset, log_error, block }, leaves)
+    }
+
+    /// Every part of the loss alone, and literal variants of the pair loss.
+    fn configs() -> Vec<LossConfig> {
+        let none = LossConfig {
+            pair_weight: 0.0,
+            centre_weight: 0.0,
+            offset_weight: 0.0,
+            error_weight: 0.0,
+            block_weight: 0.0,
+            ..Default::default()
+        };
+        let squared = PairLossConfig { distance: PairDistance::Squared, pull: 2.0, ..Default::default() };
+        let bare = PairLossConfig { valid_distance: false, attention: false, ..Default::default() };
+        vec![
+            LossConfig { centre_weight: 1.0, ..none.clone() },
+            LossConfig { offset_weight: 1.0, ..none.clone() },
+            LossConfig { block_weight: 1.0, ..none.clone() },
+            LossConfig { pair_weight: 1.0, ..none.clone() },
+            LossConfig { pair_weight: 1.0, pair: squared, ..none.clone() },
+            LossConfig { pair_weight: 1.0, pair: bare, ..none },
+        ]
+    }
+
+    #[test]
+    fn gradients_equal_finite_differences() {
+        let targets = targets();
+        let parts: Vec<Vec<f32>> = [8, 1, 3, 1, 1].iter().enumerate().map(|(i, w)| numbers(N * w, i as u64)).collect();
+        let plain = Device::flex();
+        let tracked = Device::flex().autodiff();
+        let value =
+            |parts: &[Vec<f32>], config: &LossConfig| loss(output(parts, &plain).0, &targets, config, &plain).1.total;
+        for (c, config) in configs().iter().enumerate() {
+            let (out, leaves) = output(&parts, &tracked);
+            let mut grads = loss(out, &targets, config, &tracked).0.backward();
+            let mut some = false;
+            for (part, leaf) in leaves.iter().enumerate() {
+                let Some(grad) = leaf.grad_remove(&mut grads) else { continue };
+                for (at, g) in floats(grad).into_iter().enumerate() {
+                    let moved = |by: f32| {
+                        let mut parts = parts.clone();
+                        parts[part][at] += by;
+                        value(&parts, config)
+                    };
+                    let want = (moved(1e-3) - moved(-1e-3)) / 2e-3;
+                    assert!((g - want).abs() < 2e-3 + 0.03 * want.abs(), "loss {c}, part {part}[{at}]: {g} {want}");
+                    some |= g != 0.0;
+                }
+            }
+            assert!(some, "loss {c} teaches something");
+        }
+    }
+
+    #[test]
+    fn the_expected_error_is_right_where_its_loss_is_least() {
+        // d/ds (e·exp(−s) + 3 s) = 0 at exp(s) = e / 3, the scale of a Laplace law in space whose mean length is e.
+        let targets = targets();
+        let device = Device::flex().autodiff();
+        let mut parts: Vec<Vec<f32>> = [8, 1, 3, 1, 1].iter().map(|w| vec![0.0; N * w]).collect();
+        for i in 0..N {
+            parts[3][i] = (targets.offset[i].length() / 3.0).ln();
+        }
+        let (out, leaves) = output(&parts, &device);
+        let config = LossConfig {
+            offset_weight: 0.0,
+            pair_weight: 0.0,
+            block_weight: 0.0,
+            centre_weight: 0.0,
+            ..Default::default()
+        };
+        let mut grads = loss(out, &targets, &config, &device).0.backward();
+        assert!(floats(leaves[3].grad_remove(&mut grads).unwrap()).iter().all(|g| g.abs() < 1e-5));
+    }
+
+    #[test]
+    fn pair_loss_equals_its_definition() {
+        let targets = targets();
+        let device = Device::flex();
+        let embedding = numbers(N * 8, 3);
+        let score = targets.centre_score();
+        let chosen: Vec<usize> = (0..N).filter(|&i| targets.instance[i] > 0).collect();
+        let config = PairLossConfig::default();
+        let rows: Vec<f32> = chosen.iter().flat_map(|&i| embedding[i * 8..(i + 1) * 8].to_vec()).collect();
+        let tensor = Tensor::<2>::from_data(TensorData::new(rows, [chosen.len(), 8]), &device);
+        let got = floats(pair_loss(tensor, &targets, &chosen, &score, &config, &device))[0];
+        let (mut sum, mut valid) = (0.0, 0.0);
+        for &i in &chosen {
+            for &j in &chosen {
+                if (targets.position[i] - targets.position[j]).length() >= 2.0 {
+                    continue;
+                }
+                valid += 1.0;
+                let d: f32 = (0..8).map(|q| (embedding[i * 8 + q] - embedding[j * 8 + q]).powi(2)).sum::<f32>().sqrt();
+                let kappa =
+                    if targets.instance[i] == targets.instance[j] { (d - 0.5).max(0.0) } else { (1.0 - d).max(0.0) };
+                sum += kappa * (score[i] + score[j]).min(1.0);
+            }
+        }
+        assert!((got - sum / valid).abs() < 1e-4, "{got} {}", sum / valid);
+    }
+}

@@ -5,7 +5,7 @@ use geom::SeedTree;
 use rand::RngExt;
 use scene::{BlockModel, Catalog, SensorKind, Shape};
 use segment::tile::LabelledScene;
-use synth::sensor::{Gaussian, Ring};
+use synth::sensor::{Gaussian, Mbes, Ring, Uav};
 use synth::{Recipe, Sensor, Site, SynthScene};
 
 /// A pile with its survey and the block it is made of.
@@ -55,15 +55,34 @@ pub fn recipe(height_m: f32, rng: &mut impl rand::Rng) -> Result<Recipe, String>
     recipe.bed.stone_blocks = if between(0.0, 1.0) < 0.5 { 0.0 } else { between(0.2, 0.5) };
     recipe.bed.slope_m = if between(0.0, 1.0) < 0.4 { between(1.5, 8.0) } else { 0.0 };
     recipe.bed.falls_towards_deg = between(0.0, 360.0);
+    recipe.sensor = match (between(0.0, 1.0) < 0.35, uav) {
+        (true, _) => white_noise(uav, &mut between),
+        (false, true) => Sensor::Uav(Uav {
+            altitude_m: between(20.0, 50.0),
+            depth_noise_sd_m: between(0.008, 0.03),
+            edge_radius_m: between(0.02, 0.06),
+            ..Default::default()
+        }),
+        (false, false) => Sensor::Mbes(Mbes {
+            passes: between(3.0, 9.0) as u32,
+            clearance_m: between(3.0, 8.0),
+            range_noise_sd_m: between(0.006, 0.015),
+            heave_bias_sd_m: between(0.01, 0.04),
+            position_bias_sd_m: between(0.01, 0.05),
+            ..Default::default()
+        }),
+    };
+    Ok(recipe)
+}
+
+/// The thesis' sensor model.
+fn white_noise(uav: bool, between: &mut impl FnMut(f32, f32) -> f32) -> Sensor {
     let above = Ring { elevation_deg: 90.0, cameras: 1 };
     let oblique = Ring { elevation_deg: between(40.0, 70.0), cameras: if uav { 4 } else { 2 } };
-    let rings = if between(0.0, 1.0) < 0.6 { vec![above, oblique] } else { vec![above] };
-    let noise_sd_m = if uav { between(0.005, 0.025) } else { between(0.015, 0.045) };
-    recipe.sensor = Sensor::Gaussian(Gaussian {
-        noise_sd_m,
+    Sensor::Gaussian(Gaussian {
+        noise_sd_m: if uav { between(0.005, 0.025) } else { between(0.015, 0.045) },
         altitude_m: between(10.0, 50.0),
-        rings,
+        rings: if between(0.0, 1.0) < 0.6 { vec![above, oblique] } else { vec![above] },
         measured_as: if uav { SensorKind::Uav } else { SensorKind::Mbes },
-    });
-    Ok(recipe)
+    })
 }
