@@ -1,0 +1,57 @@
+//! What can stop the pipeline between its stages.
+
+/// Names the file or block and says what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// The site names no survey.
+    #[error("the site has no [[survey]]: add one with file = \"…\"")]
+    NoSurvey,
+    /// A cloud without points.
+    #[error("{file}: the cloud has no points")]
+    EmptySurvey {
+        /// The file.
+        file: String,
+    },
+    /// A coordinate that is NaN or infinite.
+    #[error("{file}: point {} has a coordinate that is not a number; remove it in the program that wrote the file", point + 1)]
+    NotFinite {
+        /// The file.
+        file: String,
+        /// Index of the point, from 0.
+        point: usize,
+    },
+    /// A block larger than the cloud.
+    #[error(
+        "block `{block}` is {block_m} m large, the whole cloud only {cloud_m} m: is the unit of the mesh (or of the cloud) right?"
+    )]
+    BlockTooLarge {
+        /// Name of the block.
+        block: String,
+        /// Its largest edge.
+        block_m: f32,
+        /// Largest extent of the cloud.
+        cloud_m: f32,
+    },
+    /// A block that no survey of this extent could resolve.
+    #[error(
+        "block `{block}` is {block_m} m large, the cloud {cloud_m} m: is the unit of the mesh (or of the cloud) right?"
+    )]
+    BlockTooSmall {
+        /// Name of the block.
+        block: String,
+        /// Its largest edge.
+        block_m: f32,
+        /// Largest extent of the cloud.
+        cloud_m: f32,
+    },
+    /// Segmentation failed.
+    #[error(transparent)]
+    Segment(#[from] segment::SegmentError),
+    /// Pose estimation failed.
+    #[error(transparent)]
+    Pose(#[from] pose::PoseError),
+    /// Planning failed.
+    #[error(transparent)]
+    Plan(#[from] plan::PlanError),
+}

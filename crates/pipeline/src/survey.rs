@@ -1,0 +1,130 @@
+//! From what the files say to one [`Survey`] in the site's local frame.
+
+use crate::PipelineError;
+use geom::{DVec3, PointCloud};
+use scene::{AxisOrder, Catalog, SensorKind, SiteFrame, Survey};
+
+/// One file's points as read, with what the site says of them.
+#[derive(Clone, Debug, Default)]
+pub struct RawSurvey {
+    /// The file, for messages.
+    pub file: String,
+    /// Points in the file's own order of axes.
+    pub position: Vec<DVec3>,
+    /// How they were measured.
+    pub sensor: SensorKind,
+    /// Sensor positions in the file's own order of axes; empty when unknown.
+    pub sensor_position: Vec<DVec3>,
+    /// Added to every height to reach the site's vertical datum, metres.
+    pub vertical_offset_m: f64,
+}
+
+/// Joins the surveys in one local frame whose origin is a round number near their middle.
+///
+/// Surveys of several sensors are joined too; the noisiest decides the expected noise.
+/// Errors: no points at all, a coordinate that is not a number.
+pub fn local_survey(
+    raw: &[RawSurvey],
+    axis_order: AxisOrder,
+    crs: &str,
+    vertical_datum: &str,
+) -> Result<Survey, PipelineError> {
+    let to_site = |p: DVec3, offset_m: f64| match axis_order {
+        AxisOrder::EastNorth => DVec3::new(p.x, p.y, p.z + offset_m),
+        AxisOrder::NorthEast => DVec3::new(p.y, p.x, p.z + offset_m),
+    };
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for survey in raw {
+        if survey.position.is_empty() {
+            return Err(PipelineError::EmptySurvey { file: survey.file.clone() });
+        }
+        for (i, &p) in survey.position.iter().enumerate() {
+            if !p.is_finite() {
+                return Err(PipelineError::NotFinite { file: survey.file.clone(), point: i });
+            }
+            let p = to_site(p, survey.vertical_offset_m);
+            (low, high) = (low.min(p), high.max(p));
+        }
+    }
+    if raw.is_empty() {
+        return Err(PipelineError::NoSurvey);
+    }
+    let frame = SiteFrame {
+        origin: round_origin(low, high).to_array(),
+        crs: crs.to_string(),
+        vertical_datum: vertical_datum.to_string(),
+    };
+    let mut survey = Survey { frame, sensor: noisiest(raw), ..Survey::default() };
+    for part in raw {
+        let local = |p: &DVec3| survey.frame.local_from_site(to_site(*p, part.vertical_offset_m));
+        let positions: Vec<_> = part.position.iter().map(local).collect();
+        let sensors: Vec<_> = part.sensor_position.iter().map(local).collect();
+        survey.cloud.position_m.extend(positions);
+        survey.sensor_positions.extend(sensors);
+    }
+    survey.cloud = PointCloud::from_positions(survey.cloud.position_m);
+    Ok(survey)
+}
+
+/// Within 10 m of the middle for projected coordinates, zero for coordinates that f32 holds to 10 µm anyway.
+fn round_origin(low: DVec3, high: DVec3) -> DVec3 {
+    let one = |low: f64, high: f64| {
+        let middle = (low + high) / 2.0;
+        if low.abs().max(high.abs()) < 100.0 { 0.0 } else { (middle / 10.0).round() * 10.0 }
+    };
+    DVec3::new(one(low.x, high.x), one(low.y, high.y), one(low.z, high.z))
+}
+
+fn noisiest(raw: &[RawSurvey]) -> SensorKind {
+    let noise = |kind: SensorKind| kind.noise_sd_m(0.0);
+    raw.iter().map(|r| r.sensor).fold(SensorKind::default(), |a, b| if noise(b) >= noise(a) { b } else { a })
+}
+
+/// Refuses a catalogue whose blocks cannot be in this cloud: a wrong unit is the usual reason.
+pub fn check_scale(survey: &Survey, catalog: &Catalog) -> Result<(), PipelineError> {
+    let extent_m = survey.cloud.bounds().size().max_element();
+    for (_, model) in catalog.iter() {
+        if model.d_box_m > 2.0 * extent_m {
+            return Err(PipelineError::BlockTooLarge { block: model.name.clone(), block_m: model.d_box_m, cloud_m: extent_m });
+        }
+        if model.d_box_m < extent_m * 1e-4 {
+            return Err(PipelineError::BlockTooSmall { block: model.name.clone(), block_m: model.d_box_m, cloud_m: extent_m });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn raw(points: &[[f64; 3]]) -> RawSurvey {
+        RawSurvey {
+            file: "a.laz".into(),
+            position: points.iter().map(|&p| DVec3::from_array(p)).collect(),
+            vertical_offset_m: 0.5,
+            ..RawSurvey::default()
+        }
+    }
+
+    #[test]
+    fn large_coordinates_keep_their_millimetres() {
+        let survey = local_survey(&[raw(&[[43_210.125, -98_765.25, 3.0], [43_212.0, -98_760.0, 4.0]])], AxisOrder::EastNorth, "EPSG:6679", "T.P.").unwrap();
+        let back = survey.frame.site_from_local(survey.cloud.position_m[0]);
+        assert!((back - DVec3::new(43_210.125, -98_765.25, 3.5)).length() < 1e-5);
+    }
+
+    #[test]
+    fn north_east_files_are_turned() {
+        let survey = local_survey(&[raw(&[[-98_765.0, 43_210.0, 3.0]])], AxisOrder::NorthEast, "EPSG:6679", "").unwrap();
+        let back = survey.frame.site_from_local(survey.cloud.position_m[0]);
+        assert!((back - DVec3::new(43_210.0, -98_765.0, 3.5)).length() < 1e-5);
+    }
+
+    #[test]
+    fn bad_surveys_are_named() {
+        let at = |r: Result<Survey, PipelineError>| r.unwrap_err().to_string();
+        assert!(at(local_survey(&[raw(&[])], AxisOrder::EastNorth, "", "")).contains("a.laz"));
+        assert!(at(local_survey(&[raw(&[[0.0, f64::NAN, 0.0]])], AxisOrder::EastNorth, "", "")).contains("point 1"));
+    }
+}
