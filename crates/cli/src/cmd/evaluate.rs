@@ -1,13 +1,321 @@
-//! `tsumu evaluate`.
+//! `tsumu evaluate`: any result against any truth, in the files of `docs/guide/formats.md`.
 
-use crate::{exit::Exit, progress::Terminal};
+use crate::exit::{Exit, OrBadInput};
+use crate::inputs;
+use crate::progress::Terminal;
+use anyhow::anyhow;
 use clap::Args;
+use geom::{DVec3, Pose};
+use metrics::{DetectionCounts, Fitting, InstanceScene, PoseCriteria, PoseScore, TrueBlock};
+use scene::{Catalog, InstanceId, Judgement, PlacedBlock, Recognised, SiteFrame};
+use serde::Serialize;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
-/// Evaluate.
+/// Score a result against a truth, also files made by other programs.
+///
+/// TRUTH holds truth.csv and, for the scores of the labels, cloud.ply or cloud.laz with `instance`.
+/// RESULT holds blocks.csv and such a cloud, or is a run folder. Both may also be folders of scenes:
+/// then scenes of one name are compared and the figures pooled.
 #[derive(Debug, Args)]
-pub struct EvaluateArgs {}
+pub struct EvaluateArgs {
+    /// Folder with truth.csv, or with one folder a scene
+    #[arg(long, value_name = "DIR")]
+    pub truth: PathBuf,
+    /// Folder with blocks.csv, a run folder, or a folder with one of these a scene
+    #[arg(long, value_name = "DIR")]
+    pub result: PathBuf,
+    /// Catalogue that both speak of [default: catalog.toml in TRUTH, RESULT or beside them]
+    #[arg(long, value_name = "FILE")]
+    pub catalog: Option<PathBuf>,
+    /// Also write the figures to this JSON file
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Blocks at or above this occlusion are not asked for
+    #[arg(long, value_name = "RATE", default_value_t = 0.8)]
+    pub occlusion_limit: f32,
+}
 
-/// Runs the stage.
-pub fn evaluate(_args: &EvaluateArgs, _terminal: &Terminal) -> Result<(), Exit> {
-    Err(Exit::failed(anyhow::anyhow!("evaluate is not connected yet")))
+/// The figures, as `metrics.json` has them; absent ones could not be computed from the files given.
+#[derive(Clone, Debug, Default, Serialize)]
+struct Figures {
+    scenes: usize,
+    true_blocks: usize,
+    true_blocks_asked_for: usize,
+    recognised_blocks: usize,
+    not_judged_blocks: usize,
+    pose_precision: Option<f64>,
+    pose_recall: Option<f64>,
+    pose_true_positives: usize,
+    pose_false_positives: usize,
+    pose_false_negatives: usize,
+    pose_ignored: usize,
+    mean_displacement_m: Option<f64>,
+    mean_rotation_deg: Option<f64>,
+    type_accuracy: Option<f64>,
+    instance_precision: Option<f64>,
+    instance_recall: Option<f64>,
+    fitting_error_m: Option<f64>,
+    matching_rate: Option<f64>,
+    fitting_threshold_m: Option<f64>,
+}
+
+/// Prints the table; with `--json` or `--out` also as JSON.
+pub fn evaluate(args: &EvaluateArgs, terminal: &Terminal) -> Result<(), Exit> {
+    let scenes = pair_scenes(&args.truth, &args.result)?;
+    let catalog_file = find_catalog(args)?;
+    let catalog = inputs::catalog(&catalog_file, terminal)?.catalog;
+    let criteria = PoseCriteria { occlusion_limit: args.occlusion_limit, ..PoseCriteria::default() };
+
+    let mut total = Total::default();
+    for (truth, result) in &scenes {
+        total.add(score_scene(truth, result, &catalog, &criteria, terminal)?);
+    }
+    let figures = total.figures(scenes.len());
+    print_table(&figures, terminal);
+    let value = serde_json::to_value(&figures)?;
+    terminal.emit("metrics", value.clone());
+    if let Some(out) = &args.out {
+        io::json::write(out, &value)?;
+    }
+    Ok(())
+}
+
+/// One scene's folders, or every scene both sides have.
+fn pair_scenes(truth: &Path, result: &Path) -> Result<Vec<(PathBuf, PathBuf)>, Exit> {
+    if truth.join("truth.csv").is_file() {
+        return Ok(vec![(truth.to_path_buf(), result.to_path_buf())]);
+    }
+    let mut names: Vec<_> = std::fs::read_dir(truth)
+        .map_err(|e| Exit::bad_input(anyhow!("cannot read {}: {e}", truth.display())))?
+        .filter_map(|entry| entry.ok())
+        .filter(|entry| entry.path().join("truth.csv").is_file())
+        .map(|entry| entry.file_name())
+        .collect();
+    names.sort();
+    if names.is_empty() {
+        return Err(Exit::bad_input(anyhow!("{}: no truth.csv here, nor in a folder below", truth.display())));
+    }
+    let pairs: Vec<_> = names.into_iter().map(|n| (truth.join(&n), result.join(&n))).collect();
+    for (t, r) in &pairs {
+        if !r.is_dir() {
+            return Err(Exit::bad_input(anyhow!("{}: has no result at {}", t.display(), r.display())));
+        }
+    }
+    Ok(pairs)
+}
+
+fn find_catalog(args: &EvaluateArgs) -> Result<PathBuf, Exit> {
+    if let Some(file) = &args.catalog {
+        return Ok(file.clone());
+    }
+    let near = |dir: &Path| [dir.join("catalog.toml"), dir.join("../catalog.toml")];
+    let candidates: Vec<_> = near(&args.truth).into_iter().chain(near(&args.result)).collect();
+    candidates.into_iter().find(|f| f.is_file()).ok_or_else(|| {
+        Exit::bad_input(anyhow!("no catalog.toml in {} or {}; name one with --catalog", args.truth.display(), args.result.display()))
+    })
+}
+
+/// Everything of one scene that can be added to others.
+#[derive(Default)]
+struct Total {
+    true_blocks: usize,
+    asked_for: usize,
+    recognised: usize,
+    not_judged: usize,
+    poses: PoseScore,
+    instances: Option<DetectionCounts>,
+    distance_m: Vec<f32>,
+    threshold_m: f32,
+}
+
+impl Total {
+    fn add(&mut self, scene: Total) {
+        self.true_blocks += scene.true_blocks;
+        self.asked_for += scene.asked_for;
+        self.recognised += scene.recognised;
+        self.not_judged += scene.not_judged;
+        self.poses = self.poses.plus(&scene.poses);
+        self.instances = match (self.instances.take(), scene.instances) {
+            (Some(a), Some(b)) => Some(a.plus(&b)),
+            (a, b) => a.or(b),
+        };
+        self.distance_m.extend(scene.distance_m);
+        self.threshold_m = scene.threshold_m;
+    }
+
+    fn figures(&self, scenes: usize) -> Figures {
+        let fit: Fitting = metrics::fitting(&self.distance_m, self.threshold_m);
+        let counts = &self.poses.counts;
+        Figures {
+            scenes,
+            true_blocks: self.true_blocks,
+            true_blocks_asked_for: self.asked_for,
+            recognised_blocks: self.recognised,
+            not_judged_blocks: self.not_judged,
+            pose_precision: counts.precision(),
+            pose_recall: counts.recall(),
+            pose_true_positives: counts.true_positives,
+            pose_false_positives: counts.false_positives,
+            pose_false_negatives: counts.false_negatives,
+            pose_ignored: self.poses.ignored,
+            mean_displacement_m: self.poses.mean_displacement_m(),
+            mean_rotation_deg: self.poses.mean_rotation_rad().map(f64::to_degrees),
+            type_accuracy: self.poses.type_accuracy(),
+            instance_precision: self.instances.and_then(|i| i.precision()),
+            instance_recall: self.instances.and_then(|i| i.recall()),
+            fitting_error_m: fit.error_m,
+            matching_rate: fit.matching_rate,
+            fitting_threshold_m: fit.matching_rate.map(|_| f64::from(self.threshold_m)),
+        }
+    }
+}
+
+fn score_scene(
+    truth_dir: &Path,
+    result_dir: &Path,
+    catalog: &Catalog,
+    criteria: &PoseCriteria,
+    terminal: &Terminal,
+) -> Result<Total, Exit> {
+    let truth_file = truth_dir.join("truth.csv");
+    let truth_rows = io::blocks_csv::read(&truth_file).or_bad_input()?;
+    let result_file = first_file(result_dir, &["blocks.csv", "recognise/blocks.csv"])
+        .ok_or_else(|| Exit::bad_input(anyhow!("{}: no blocks.csv here, nor in recognise/", result_dir.display())))?;
+    let result_rows = io::blocks_csv::read(&result_file).or_bad_input()?;
+
+    // All poses near one origin, so that f32 holds them.
+    let origin = truth_rows.iter().chain(&result_rows).next().map_or([0.0; 3], |r| r.position.map(f64::round));
+    let frame = SiteFrame { origin, ..SiteFrame::default() };
+    let truths: Vec<TrueBlock> = truth_rows
+        .iter()
+        .map(|row| {
+            let placed = placed(row, catalog, &frame, &truth_file)?;
+            Ok(TrueBlock { placed, occlusion: row.occlusion.unwrap_or(0.0) as f32 })
+        })
+        .collect::<Result<_, Exit>>()?;
+    let estimates: Vec<Recognised> = result_rows
+        .iter()
+        .map(|row| Ok(recognised(row, placed(row, catalog, &frame, &result_file)?)))
+        .collect::<Result<_, Exit>>()?;
+
+    let judged = |r: &&Recognised| r.judgement == Judgement::Accepted;
+    let mut total = Total {
+        true_blocks: truths.len(),
+        asked_for: truths.iter().filter(|t| t.occlusion < criteria.occlusion_limit).count(),
+        recognised: estimates.iter().filter(judged).count(),
+        not_judged: estimates.iter().filter(|r| !judged(r)).count(),
+        poses: metrics::score_poses(&estimates, &truths, catalog, criteria),
+        threshold_m: fitting_threshold_m(catalog),
+        ..Total::default()
+    };
+
+    let clouds = ["cloud.ply", "cloud.laz", "cloud.las", "segment/cloud.laz"];
+    let truth_cloud = first_file(truth_dir, &clouds);
+    let result_cloud = first_file(result_dir, &["segment/cloud.laz", "cloud.ply", "cloud.laz", "cloud.las"]);
+    if let Some(file) = &result_cloud {
+        let cloud = io::points::read(file, terminal).or_bad_input()?;
+        let points: Vec<_> = cloud.position.iter().map(|&p| frame.local_from_site(p)).collect();
+        let blocks: Vec<PlacedBlock> = estimates
+            .iter()
+            .filter(judged)
+            .map(|r| PlacedBlock { block: r.block, model: r.model, site_from_block: r.site_from_block })
+            .collect();
+        total.distance_m = metrics::model_distances_m(&points, &blocks, catalog, total.threshold_m);
+        if let Some(truth_file) = &truth_cloud {
+            let truth = io::points::read(truth_file, terminal).or_bad_input()?;
+            total.instances = instance_counts(&truth, &cloud, &truths, criteria)?;
+        }
+    }
+    Ok(total)
+}
+
+/// The thesis takes 0.1 m for its 2–3 m blocks: a twentieth of the largest edge.
+fn fitting_threshold_m(catalog: &Catalog) -> f32 {
+    catalog.iter().map(|(_, m)| m.d_box_m * 0.05).fold(f32::INFINITY, f32::min)
+}
+
+/// Labels of both clouds point by point: in file order when the positions agree, else by position.
+fn instance_counts(
+    truth: &io::RawCloud,
+    result: &io::RawCloud,
+    truths: &[TrueBlock],
+    criteria: &PoseCriteria,
+) -> Result<Option<DetectionCounts>, Exit> {
+    let (Some(true_label), Some(label)) = (&truth.instance, &result.instance) else { return Ok(None) };
+    // LAS rounds to its scale; two points of a survey are farther apart than this.
+    let near = |a: DVec3, b: DVec3| (a - b).abs().max_element() < 2e-3;
+    let same_order =
+        truth.len() == result.len() && truth.position.iter().zip(&result.position).all(|(&a, &b)| near(a, b));
+    let predicted = if same_order {
+        label.clone()
+    } else {
+        let key = |p: DVec3| (p / 4e-3).round().to_array().map(|v| v as i64);
+        let by_place: HashMap<_, _> = result.position.iter().map(|&p| key(p)).zip(label.iter().copied()).collect();
+        let found: Vec<Option<u32>> = truth.position.iter().map(|&p| by_place.get(&key(p)).copied()).collect();
+        if found.iter().filter(|f| f.is_some()).count() * 2 < found.len() {
+            return Ok(None);
+        }
+        found.into_iter().map(|f| f.unwrap_or(0)).collect()
+    };
+    // Blocks too occluded to be asked for are neither right nor wrong: their points are left out.
+    let asked: HashMap<u32, bool> =
+        truths.iter().map(|t| (t.placed.block.0, t.occlusion < criteria.occlusion_limit)).collect();
+    let keep: Vec<usize> = (0..true_label.len()).filter(|&i| *asked.get(&true_label[i]).unwrap_or(&true)).collect();
+    let pick = |column: &[u32]| -> Vec<u32> { keep.iter().map(|&i| column[i]).collect() };
+    let (predicted, truth) = (pick(&predicted), pick(true_label));
+    let scene = InstanceScene { predicted: &predicted, truth: &truth };
+    Ok(Some(metrics::precision_recall(&[scene], 0.5)?))
+}
+
+fn first_file(dir: &Path, names: &[&str]) -> Option<PathBuf> {
+    names.iter().map(|n| dir.join(n)).find(|f| f.is_file())
+}
+
+fn placed(row: &io::blocks_csv::BlockRow, catalog: &Catalog, frame: &SiteFrame, file: &Path) -> Result<PlacedBlock, Exit> {
+    let model = catalog.find(&row.model).ok_or_else(|| {
+        let known: Vec<_> = catalog.iter().map(|(_, m)| m.name.clone()).collect();
+        Exit::bad_input(anyhow!("{}: block {} is a `{}`, but the catalogue has {}", file.display(), row.block_id, row.model, known.join(", ")))
+    })?;
+    let [w, x, y, z] = row.quaternion;
+    let rotation = geom::DQuat::from_xyzw(x, y, z, w).normalize().as_quat();
+    let translation = frame.local_from_site(DVec3::from_array(row.position));
+    Ok(PlacedBlock { block: InstanceId(row.block_id), model, site_from_block: Pose::from_parts(translation, rotation) })
+}
+
+fn recognised(row: &io::blocks_csv::BlockRow, placed: PlacedBlock) -> Recognised {
+    Recognised {
+        block: placed.block,
+        model: placed.model,
+        site_from_block: placed.site_from_block,
+        judgement: Judgement::Accepted,
+        confidence: row.confidence.unwrap_or(1.0) as f32,
+        fitness_m: row.fitness_m.unwrap_or(0.0) as f32,
+        runner_up: None,
+        occlusion: row.occlusion.unwrap_or(0.0) as f32,
+        points: Vec::new(),
+        covariance: [0.0; 36],
+    }
+}
+
+fn print_table(f: &Figures, terminal: &Terminal) {
+    let percent = |v: Option<f64>| v.map_or("–".to_string(), |v| format!("{:.1} %", v * 100.0));
+    let millimetres = |v: Option<f64>| v.map_or("–".to_string(), |v| format!("{:.1} mm", v * 1000.0));
+    let rows = [
+        ("scenes", f.scenes.to_string()),
+        ("true blocks", format!("{} ({} asked for)", f.true_blocks, f.true_blocks_asked_for)),
+        ("recognised blocks", f.recognised_blocks.to_string()),
+        ("pose precision", percent(f.pose_precision)),
+        ("pose recall", percent(f.pose_recall)),
+        ("mean displacement E_d", millimetres(f.mean_displacement_m)),
+        ("mean rotation error E_R", f.mean_rotation_deg.map_or("–".into(), |v| format!("{v:.2}°"))),
+        ("type right", percent(f.type_accuracy)),
+        ("instance precision, IoU ≥ .5", percent(f.instance_precision)),
+        ("instance recall, IoU ≥ .5", percent(f.instance_recall)),
+        ("fitting error E_f", millimetres(f.fitting_error_m)),
+        ("matching rate R", percent(f.matching_rate)),
+    ];
+    for (name, value) in rows {
+        terminal.say(format!("{name:<30}{value:>20}"));
+    }
 }
