@@ -1,1 +1,106 @@
-//! The pipeline: recognise and plan, one call a stage.
+//! The pipeline: what happens between a survey and a stacking plan, one call a room.
+//!
+//! In: a survey, a catalogue, a design surface. Out: recognised blocks and a plan. No algorithm lives here;
+//! each line is a stage's verb.
+
+mod background;
+mod error;
+pub mod survey;
+
+pub use background::Foreground;
+pub use error::PipelineError;
+
+use geom::{Observer, SeedTree};
+use plan::{PlanConfig, PlanInput};
+use pose::PoseConfig;
+use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Segmentation, Survey};
+use segment::{SegmentConfig, SegmentModel};
+use serde::{Deserialize, Serialize};
+
+/// Settings of all stages; `Default` is the method's.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Settings of segmentation.
+    pub segment: SegmentConfig,
+    /// Settings of pose estimation.
+    pub pose: PoseConfig,
+    /// Settings of planning.
+    pub plan: PlanConfig,
+}
+
+/// What recognition leaves. Indices and labels are those of the whole survey.
+#[derive(Clone, Debug)]
+pub struct Recognition {
+    /// Instances and centre hypotheses.
+    pub segmentation: Segmentation,
+    /// Blocks, accepted and not judged.
+    pub blocks: Vec<Recognised>,
+}
+
+/// From a survey to blocks: the bin goes, points are segmented, segments become blocks.
+pub fn recognise(
+    survey: &Survey,
+    catalog: &Catalog,
+    model: &SegmentModel,
+    config: &Config,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Recognition, PipelineError> {
+    survey::check_scale(survey, catalog)?;
+    let foreground = Foreground::of(survey, catalog, seed.child("background", 0), observer);
+    let part = &foreground.survey;
+    let segmentation =
+        segment::segment(&part.cloud, catalog, model, &config.segment, seed.child("segment", 0), observer)?;
+    let blocks = pose::recognise(part, &segmentation, catalog, &config.pose, seed.child("pose", 0), observer)?;
+    Ok(foreground.whole(segmentation, blocks))
+}
+
+/// What the works are planned on.
+pub struct Works<'a> {
+    /// The survey the blocks were recognised in.
+    pub survey: &'a Survey,
+    /// The site's block types.
+    pub catalog: &'a Catalog,
+    /// Recognised blocks; those not judged are left out.
+    pub blocks: &'a [Recognised],
+    /// New blocks already placed.
+    pub placed: &'a [PlacedBlock],
+    /// What is to be built.
+    pub design: &'a DesignSurface,
+    /// What the blocks lie on; `None`: estimated from the points no block explains.
+    pub ground: Option<Ground>,
+}
+
+/// From blocks to a plan: the bed below them, the pile in the physics world, the blocks to add.
+pub fn plan_works(
+    works: &Works,
+    config: &PlanConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<(Scene, Plan), PipelineError> {
+    let pile = placed_blocks(works.blocks);
+    let ground = match &works.ground {
+        Some(ground) => ground.clone(),
+        None => plan::ground::estimate(&works.survey.cloud, works.blocks, works.catalog, observer)?,
+    };
+    let scene = Scene { blocks: pile, ground };
+    let input = PlanInput {
+        scene: &scene,
+        frame: &works.survey.frame,
+        design: works.design,
+        catalog: works.catalog,
+        placed: works.placed,
+    };
+    let plan = plan::plan(&input, config, seed.child("plan", 0), observer)?;
+    Ok((scene, plan))
+}
+
+/// The accepted blocks as a pile.
+pub fn placed_blocks(blocks: &[Recognised]) -> Vec<PlacedBlock> {
+    blocks
+        .iter()
+        .filter(|b| b.judgement == Judgement::Accepted)
+        .map(|b| PlacedBlock { block: b.block, model: b.model, site_from_block: b.site_from_block })
+        .collect()
+}

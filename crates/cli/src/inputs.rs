@@ -1,0 +1,121 @@
+//! What a user's files say, as the values the stages take.
+
+use crate::exit::{Exit, OrBadInput};
+use crate::progress::Terminal;
+use anyhow::anyhow;
+use geom::{DVec3, Event, Observer};
+use pipeline::survey::{RawSurvey, local_survey};
+use scene::{AxisOrder, BlockModel, Catalog, CatalogSpec, SensorKind, Survey};
+use std::path::{Path, PathBuf};
+
+/// A catalogue file and the models made of it.
+pub struct CatalogFile {
+    /// The file.
+    pub file: PathBuf,
+    /// As written.
+    pub spec: CatalogSpec,
+    /// As used.
+    pub catalog: Catalog,
+}
+
+/// Reads `catalog.toml` and the meshes it names.
+pub fn catalog(file: &Path, observer: &dyn Observer) -> Result<CatalogFile, Exit> {
+    let spec = io::site::load_catalog(file).or_bad_input()?;
+    let catalog = models(&spec, file, observer)?;
+    Ok(CatalogFile { file: file.to_path_buf(), spec, catalog })
+}
+
+/// The models of a catalogue whose meshes lie beside `file`.
+pub fn models(spec: &CatalogSpec, file: &Path, observer: &dyn Observer) -> Result<Catalog, Exit> {
+    let load = io::site::mesh_loader(file);
+    let catalog = blocks::catalog(spec, &load)
+        .map_err(|e| Exit::bad_input(anyhow!(e).context(file.display().to_string())))?;
+    for (_, model) in catalog.iter() {
+        observer.event(Event::Noted { stage: "catalogue", message: describe(model) });
+    }
+    Ok(catalog)
+}
+
+/// What an engineer checks against the drawing.
+fn describe(model: &BlockModel) -> String {
+    let c = model.centre;
+    format!(
+        "{}: {:.4} m³, {:.1} kg, largest edge {:.3} m, centre of mass ({:.3}, {:.3}, {:.3}) m, {} rotations map it onto itself, {} convex parts of {:.1} % of its volume",
+        model.name,
+        model.volume_m3,
+        model.mass_kg(),
+        model.d_box_m,
+        c.x,
+        c.y,
+        c.z,
+        model.symmetry.order(),
+        model.parts.len(),
+        100.0 * model.parts_volume_ratio
+    )
+}
+
+/// Files of one survey each, as one local survey; columns other than the positions are dropped.
+pub fn loose_survey(
+    files: &[PathBuf],
+    sensor: SensorKind,
+    sensor_position: Option<[f64; 3]>,
+    terminal: &Terminal,
+) -> Result<Survey, Exit> {
+    let mut crs = String::new();
+    let mut raw = Vec::new();
+    for file in files {
+        let cloud = io::points::read(file, terminal).or_bad_input()?;
+        if let Some(code) = &cloud.crs {
+            crs.clone_from(code);
+        }
+        let sensors = match sensor_position {
+            Some(p) => vec![DVec3::from_array(p)],
+            None => cloud.sensor_positions,
+        };
+        raw.push(RawSurvey {
+            file: file.display().to_string(),
+            position: cloud.position,
+            sensor,
+            sensor_position: sensors,
+            vertical_offset_m: 0.0,
+        });
+    }
+    local_survey(&raw, AxisOrder::EastNorth, &crs, "").or_bad_input()
+}
+
+/// Everything a site folder holds.
+pub struct SiteInputs {
+    /// The folder's files as written.
+    pub site: io::site::Site,
+    /// Block types.
+    pub catalog: Catalog,
+    /// All surveys in one local frame.
+    pub survey: Survey,
+}
+
+/// Reads a site folder: site.toml, its catalogue, its surveys.
+pub fn site(folder: &Path, terminal: &Terminal) -> Result<SiteInputs, Exit> {
+    let site = io::site::load(folder).or_bad_input()?;
+    let catalog = models(&site.catalog, &site.catalog_file, terminal)?;
+    let survey = site_survey(&site, terminal)?;
+    Ok(SiteInputs { site, catalog, survey })
+}
+
+fn site_survey(site: &io::site::Site, terminal: &Terminal) -> Result<Survey, Exit> {
+    let mut raw = Vec::new();
+    for (spec, file) in site.spec.survey.iter().zip(&site.survey_files) {
+        let cloud = io::points::read(file, terminal).or_bad_input()?;
+        let mut sensors: Vec<DVec3> = spec.sensors().map(DVec3::from_array).collect();
+        if sensors.is_empty() {
+            sensors = cloud.sensor_positions;
+        }
+        raw.push(RawSurvey {
+            file: file.display().to_string(),
+            position: cloud.position,
+            sensor: spec.sensor,
+            sensor_position: sensors,
+            vertical_offset_m: spec.vertical_offset_m.unwrap_or(0.0),
+        });
+    }
+    local_survey(&raw, site.spec.axis_order, &site.spec.crs, &site.spec.vertical_datum).or_bad_input()
+}
