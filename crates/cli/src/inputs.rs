@@ -5,7 +5,7 @@ use crate::progress::Terminal;
 use anyhow::anyhow;
 use geom::{DVec3, Event, Observer};
 use pipeline::survey::{RawSurvey, local_survey};
-use scene::{AxisOrder, BlockModel, Catalog, CatalogSpec, SensorKind, Survey};
+use scene::{AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec, SensorKind, Survey};
 use std::path::{Path, PathBuf};
 
 /// A catalogue file and the models made of it.
@@ -118,4 +118,25 @@ fn site_survey(site: &io::site::Site, terminal: &Terminal) -> Result<Survey, Exi
         });
     }
     local_survey(&raw, site.spec.axis_order, &site.spec.crs, &site.spec.vertical_datum).or_bad_input()
+}
+
+/// The design surface of a site, checked; `None` when it has none.
+pub fn design(site: &io::site::Site) -> Result<Option<DesignSurface>, Exit> {
+    let Some(design) = &site.spec.design else { return Ok(None) };
+    design.check().map_err(|e| Exit::bad_input(anyhow!(e).context(site.folder.join("site.toml").display().to_string())))?;
+    Ok(Some(design.clone()))
+}
+
+/// The bed as the site states it, in the local frame; `None`: to be estimated.
+pub fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
+    let origin = survey.frame.origin;
+    site.spec.ground.map(|ground| match ground {
+        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
+        GroundSpec::Plane(plane) => {
+            let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
+            let normal = DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
+            let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
+            Ground::Plane { point: survey.frame.local_from_site(point), normal }
+        }
+    })
 }

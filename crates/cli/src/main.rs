@@ -5,7 +5,12 @@
 mod args;
 mod cmd;
 mod exit;
+mod inputs;
+mod outputs;
 mod progress;
+mod result_folder;
+mod settings;
+mod weights;
 
 use clap::Parser;
 use std::process::ExitCode;

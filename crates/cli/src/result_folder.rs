@@ -76,6 +76,11 @@ impl RunFolder {
         self.root.join("recognise/blocks.csv")
     }
 
+    /// Blocks too little is seen of.
+    pub fn not_judged(&self) -> PathBuf {
+        self.root.join("recognise/not_judged.csv")
+    }
+
     /// Survey with the recognised block of every point.
     pub fn recognise_cloud(&self) -> PathBuf {
         self.root.join("recognise/cloud.laz")

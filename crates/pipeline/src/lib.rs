@@ -11,7 +11,7 @@ pub use background::Foreground;
 pub use error::PipelineError;
 
 use geom::{Observer, SeedTree};
-use plan::{PlanConfig, PlanInput};
+use plan::{GroundConfig, PlanConfig, PlanInput};
 use pose::PoseConfig;
 use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Segmentation, Survey};
 use segment::{SegmentConfig, SegmentModel};
@@ -25,6 +25,8 @@ pub struct Config {
     pub segment: SegmentConfig,
     /// Settings of pose estimation.
     pub pose: PoseConfig,
+    /// How the bed is estimated where nobody states it.
+    pub ground: GroundConfig,
     /// Settings of planning.
     pub plan: PlanConfig,
 }
@@ -75,14 +77,14 @@ pub struct Works<'a> {
 /// From blocks to a plan: the bed below them, the pile in the physics world, the blocks to add.
 pub fn plan_works(
     works: &Works,
-    config: &PlanConfig,
+    config: &Config,
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<(Scene, Plan), PipelineError> {
     let pile = placed_blocks(works.blocks);
     let ground = match &works.ground {
         Some(ground) => ground.clone(),
-        None => plan::ground::estimate(&works.survey.cloud, works.blocks, works.catalog, observer)?,
+        None => plan::estimate_ground(&works.survey.cloud, works.blocks, works.catalog, &config.ground, observer),
     };
     let scene = Scene { blocks: pile, ground };
     let input = PlanInput {
@@ -92,7 +94,7 @@ pub fn plan_works(
         catalog: works.catalog,
         placed: works.placed,
     };
-    let plan = plan::plan(&input, config, seed.child("plan", 0), observer)?;
+    let plan = plan::plan(&input, &config.plan, seed.child("plan", 0), observer)?;
     Ok((scene, plan))
 }
 

@@ -1,11 +1,11 @@
 //! `tsumu evaluate`: any result against any truth, in the files of `docs/guide/formats.md`.
 
 use crate::exit::{Exit, OrBadInput};
-use crate::inputs;
+use crate::{inputs, outputs};
 use crate::progress::Terminal;
 use anyhow::anyhow;
 use clap::Args;
-use geom::{DVec3, Pose};
+use geom::DVec3;
 use metrics::{DetectionCounts, Fitting, InstanceScene, PoseCriteria, PoseScore, TrueBlock};
 use scene::{Catalog, InstanceId, Judgement, PlacedBlock, Recognised, SiteFrame};
 use serde::Serialize;
@@ -76,7 +76,7 @@ pub fn evaluate(args: &EvaluateArgs, terminal: &Terminal) -> Result<(), Exit> {
     let value = serde_json::to_value(&figures)?;
     terminal.emit("metrics", value.clone());
     if let Some(out) = &args.out {
-        io::json::write(out, &value)?;
+        outputs::write_json(out, &value)?;
     }
     Ok(())
 }
@@ -185,7 +185,7 @@ fn score_scene(
     let result_rows = io::blocks_csv::read(&result_file).or_bad_input()?;
 
     // All poses near one origin, so that f32 holds them.
-    let origin = truth_rows.iter().chain(&result_rows).next().map_or([0.0; 3], |r| r.position.map(f64::round));
+    let origin = truth_rows.iter().chain(&result_rows).next().map_or([0.0; 3], |r| r.pose.position_m.map(f64::round));
     let frame = SiteFrame { origin, ..SiteFrame::default() };
     let truths: Vec<TrueBlock> = truth_rows
         .iter()
@@ -206,7 +206,7 @@ fn score_scene(
         recognised: estimates.iter().filter(judged).count(),
         not_judged: estimates.iter().filter(|r| !judged(r)).count(),
         poses: metrics::score_poses(&estimates, &truths, catalog, criteria),
-        threshold_m: fitting_threshold_m(catalog),
+        threshold_m: outputs::fitting_threshold_m(catalog),
         ..Total::default()
     };
 
@@ -228,11 +228,6 @@ fn score_scene(
         }
     }
     Ok(total)
-}
-
-/// The thesis takes 0.1 m for its 2–3 m blocks: a twentieth of the largest edge.
-fn fitting_threshold_m(catalog: &Catalog) -> f32 {
-    catalog.iter().map(|(_, m)| m.d_box_m * 0.05).fold(f32::INFINITY, f32::min)
 }
 
 /// Labels of both clouds point by point: in file order when the positions agree, else by position.
@@ -277,10 +272,7 @@ fn placed(row: &io::blocks_csv::BlockRow, catalog: &Catalog, frame: &SiteFrame, 
         let known: Vec<_> = catalog.iter().map(|(_, m)| m.name.clone()).collect();
         Exit::bad_input(anyhow!("{}: block {} is a `{}`, but the catalogue has {}", file.display(), row.block_id, row.model, known.join(", ")))
     })?;
-    let [w, x, y, z] = row.quaternion;
-    let rotation = geom::DQuat::from_xyzw(x, y, z, w).normalize().as_quat();
-    let translation = frame.local_from_site(DVec3::from_array(row.position));
-    Ok(PlacedBlock { block: InstanceId(row.block_id), model, site_from_block: Pose::from_parts(translation, rotation) })
+    Ok(PlacedBlock { block: InstanceId(row.block_id), model, site_from_block: row.pose.local(frame) })
 }
 
 fn recognised(row: &io::blocks_csv::BlockRow, placed: PlacedBlock) -> Recognised {

@@ -1,13 +1,154 @@
-//! `tsumu plan`.
+//! `tsumu plan`: how many blocks to add, where, in which order and attitude.
 
-use crate::{exit::Exit, progress::Terminal};
+use crate::exit::{Exit, OrBadInput};
+use crate::progress::Terminal;
+use crate::result_folder::RunFolder;
+use crate::{inputs, outputs, settings};
+use anyhow::anyhow;
 use clap::Args;
+use geom::SeedTree;
+use pipeline::Works;
+use scene::{Catalog, InstanceId, Judgement, Recognised, SiteFrame};
+use std::path::{Path, PathBuf};
 
-/// Plan.
+/// Plan how many blocks to add, where, in which order and attitude.
+///
+/// Takes the recognised blocks of a run (or of a site's run folder) and the site's design surface.
+/// Leaves plan/placements.csv and plan/summary.json in the folder given with --out.
 #[derive(Debug, Args)]
-pub struct PlanArgs {}
+pub struct PlanArgs {
+    /// A site folder whose run exists, or a run folder inside its site
+    #[arg(value_name = "SITE_OR_RUN")]
+    pub site_or_run: PathBuf,
+    /// Folder for the plan
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// How the first pose of each new block is chosen
+    #[arg(long, value_enum)]
+    pub policy: Option<PolicyName>,
+    /// The site folder, when the run does not lie in it
+    #[arg(long, value_name = "SITE_DIR")]
+    pub site: Option<PathBuf>,
+    /// Root of all random choices [default: the site's]
+    #[arg(long)]
+    pub seed: Option<u64>,
+}
 
-/// Runs the stage.
-pub fn plan(_args: &PlanArgs, _terminal: &Terminal) -> Result<(), Exit> {
-    Err(Exit::failed(anyhow::anyhow!("plan is not connected yet")))
+/// Policies on the command line.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum PolicyName {
+    /// A random attitude above the window
+    Random,
+    /// What the placement network proposes
+    Network,
+    /// The best of many attitudes, verified by physics
+    Search,
+}
+
+impl PolicyName {
+    /// The planner's word.
+    pub fn policy(self) -> plan::Policy {
+        match self {
+            Self::Random => plan::Policy::Random,
+            Self::Network => plan::Policy::Network,
+            Self::Search => plan::Policy::Search,
+        }
+    }
+}
+
+/// Plans and writes.
+pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
+    let (site_dir, run_dir) = folders(args)?;
+    let inputs = inputs::site(&site_dir, terminal)?;
+    let config = settings::of_site(&inputs.site, args.policy)?;
+    let design = inputs::design(&inputs.site)?
+        .ok_or_else(|| Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display())))?;
+    let blocks = recognised(&RunFolder::existing(&run_dir), &inputs.catalog, &inputs.survey.frame)?;
+    let run = RunFolder::for_writing(&args.out)?;
+    let seed_number = args.seed.unwrap_or(inputs.site.spec.seed);
+    let works = Works {
+        survey: &inputs.survey,
+        catalog: &inputs.catalog,
+        blocks: &blocks,
+        placed: &[],
+        design: &design,
+        ground: inputs::ground(&inputs.site, &inputs.survey),
+    };
+    let (_, plan) = pipeline::plan_works(&works, &config, SeedTree::new(seed_number), terminal)?;
+    let summary = outputs::write_plan(&run, &works, &plan)?;
+    terminal.emit("planned", summary.clone());
+    say(&summary, terminal);
+    terminal.say(format!("plan: {}", run.placements().display()));
+    Ok(())
+}
+
+/// The site folder and the run folder behind one path.
+fn folders(args: &PlanArgs) -> Result<(PathBuf, PathBuf), Exit> {
+    let given = &args.site_or_run;
+    let is_site = |dir: &Path| dir.join("site.toml").is_file();
+    let has_blocks = |dir: &Path| RunFolder::existing(dir).blocks().is_file();
+    if is_site(given) {
+        let run = given.join("run");
+        return match has_blocks(&run) {
+            true => Ok((given.clone(), run)),
+            false => Err(Exit::bad_input(anyhow!(
+                "{}: has no run yet; `tsumu run` recognises and plans in one go",
+                given.display()
+            ))),
+        };
+    }
+    if !has_blocks(given) {
+        return Err(Exit::bad_input(anyhow!(
+            "{}: neither a site folder (site.toml) nor a run folder (recognise/blocks.csv)",
+            given.display()
+        )));
+    }
+    let beside = given.canonicalize().ok().and_then(|p| p.parent().map(Path::to_path_buf));
+    match args.site.clone().or(beside.filter(|p| is_site(p))) {
+        Some(site) => Ok((site, given.clone())),
+        None => Err(Exit::bad_input(anyhow!("{}: does not lie in its site folder; name that with --site", given.display()))),
+    }
+}
+
+/// The blocks of `blocks.csv`, as corrected by hand perhaps.
+pub fn recognised(run: &RunFolder, catalog: &Catalog, frame: &SiteFrame) -> Result<Vec<Recognised>, Exit> {
+    let file = run.blocks();
+    let rows = io::blocks_csv::read(&file).or_bad_input()?;
+    rows.iter()
+        .map(|row| {
+            let model = catalog.find(&row.model).ok_or_else(|| {
+                Exit::bad_input(anyhow!("{}: block {} is a `{}`, which the catalogue does not have", file.display(), row.block_id, row.model))
+            })?;
+            Ok(Recognised {
+                block: InstanceId(row.block_id),
+                model,
+                site_from_block: row.pose.local(frame),
+                judgement: Judgement::Accepted,
+                confidence: row.confidence.unwrap_or(1.0) as f32,
+                fitness_m: row.fitness_m.unwrap_or(0.0) as f32,
+                runner_up: None,
+                occlusion: row.occlusion.unwrap_or(0.0) as f32,
+                points: Vec::new(),
+                covariance: [0.0; 36],
+            })
+        })
+        .collect()
+}
+
+/// The figures of a plan in words.
+pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
+    let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
+    terminal.say(format!(
+        "{} blocks to add in {} rounds: {:.1} m³ of concrete, {:.1} t",
+        summary["blocks"],
+        summary["rounds"],
+        number("concrete_m3"),
+        number("mass_kg") / 1000.0
+    ));
+    terminal.say(format!(
+        "void below the design {:.1} m³ before, {:.1} m³ after; mean distance to the design {:.2} m",
+        number("void_before_m3"),
+        number("void_after_m3"),
+        number("mean_distance_m")
+    ));
 }

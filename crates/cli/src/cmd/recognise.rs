@@ -1,13 +1,137 @@
-//! `tsumu recognise`.
+//! `tsumu recognise`: pose and type of every block in a cloud.
 
-use crate::{exit::Exit, progress::Terminal};
+use crate::exit::{Exit, OrBadInput};
+use crate::progress::Terminal;
+use crate::result_folder::RunFolder;
+use crate::{inputs, outputs, weights};
 use clap::Args;
+use geom::SeedTree;
+use pipeline::Config;
+use std::path::PathBuf;
 
-/// Recognise.
+/// Find pose and type of every block in a cloud.
+///
+/// Leaves recognise/blocks.csv (one row a block), recognise/cloud.laz (the block of every point),
+/// recognise/summary.json and segment/cloud.laz in the folder given with --out.
 #[derive(Debug, Args)]
-pub struct RecogniseArgs {}
+pub struct RecogniseArgs {
+    /// Clouds: LAS, LAZ or PLY; several are joined
+    #[arg(value_name = "CLOUD", required = true)]
+    pub clouds: Vec<PathBuf>,
+    /// The block types that may be in the pile
+    #[arg(long, value_name = "FILE")]
+    pub catalog: PathBuf,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// How the cloud was measured
+    #[command(flatten)]
+    pub measured: Measured,
+    /// Weights and settings
+    #[command(flatten)]
+    pub chosen: Chosen,
+}
 
-/// Runs the stage.
-pub fn recognise(_args: &RecogniseArgs, _terminal: &Terminal) -> Result<(), Exit> {
-    Err(Exit::failed(anyhow::anyhow!("recognise is not connected yet")))
+/// How a loose cloud was measured.
+#[derive(Clone, Debug, Args)]
+pub struct Measured {
+    /// Kind of sensor; with a depth camera the bin's floor is removed first
+    #[arg(long, value_enum, default_value_t = Sensor::Uav)]
+    pub sensor: Sensor,
+    /// Where the sensor was, in the cloud's coordinates [default: straight above]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub sensor_position: Option<[f64; 3]>,
+}
+
+/// Weights and settings.
+#[derive(Clone, Debug, Args)]
+pub struct Chosen {
+    /// A model folder or weights file of `tsumu train segment` [default: the shipped weights that suit the catalogue]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
+    /// A TOML file with settings that differ from the defaults ([segment], [pose], [plan])
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Root of all random choices
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Kinds of sensor on the command line.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum Sensor {
+    /// Photogrammetry or laser from the air
+    Uav,
+    /// Multibeam sonar
+    Mbes,
+    /// Depth camera above a bin
+    DepthCamera,
+}
+
+impl Sensor {
+    /// The program's word.
+    pub fn kind(self) -> scene::SensorKind {
+        match self {
+            Self::Uav => scene::SensorKind::Uav,
+            Self::Mbes => scene::SensorKind::Mbes,
+            Self::DepthCamera => scene::SensorKind::DepthCamera,
+        }
+    }
+}
+
+fn point(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> =
+        text.split(',').map(|t| t.trim().parse::<f64>()).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
+    <[f64; 3]>::try_from(numbers).map_err(|n| format!("{} numbers instead of x,y,z", n.len()))
+}
+
+impl Chosen {
+    /// The settings file over the defaults.
+    pub fn settings(&self) -> Result<Config, Exit> {
+        match &self.config {
+            Some(file) => io::site::read_toml(file).or_bad_input(),
+            None => Ok(Config::default()),
+        }
+    }
+}
+
+/// Recognises and writes.
+pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> {
+    let config = args.chosen.settings()?;
+    let catalog = inputs::catalog(&args.catalog, terminal)?.catalog;
+    let survey =
+        inputs::loose_survey(&args.clouds, args.measured.sensor.kind(), args.measured.sensor_position, terminal)?;
+    let model = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
+    let run = RunFolder::for_writing(&args.out)?;
+    let seed = SeedTree::new(args.chosen.seed);
+    let recognition = pipeline::recognise(&survey, &catalog, &model, &config, seed, terminal)?;
+    outputs::write_segment(&run, &survey, &recognition)?;
+    let summary = outputs::write_recognise(&run, &survey, &recognition, &catalog)?;
+    let config = serde_json::to_value(&config)?;
+    let mut manifest = io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), args.chosen.seed, config);
+    manifest.notes.insert("weights".into(), model.describe().into());
+    for file in args.clouds.iter().chain(std::iter::once(&args.catalog)) {
+        manifest.add_input(file.file_name().map_or(file.as_path(), |n| n.as_ref()), file)?;
+    }
+    manifest.seal(run.root())?;
+    terminal.emit("recognised", summary.clone());
+    say(&summary, terminal);
+    terminal.say(format!("results: {}", args.out.display()));
+    Ok(())
+}
+
+/// The figures of recognition in words.
+pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
+    let number = |key: &str| summary[key].as_f64();
+    let or_dash = |v: Option<String>| v.unwrap_or("–".into());
+    terminal.say(format!(
+        "{} blocks recognised, {} not judged, in {} points",
+        summary["recognised_blocks"], summary["not_judged_blocks"], summary["points"]
+    ));
+    terminal.say(format!(
+        "fitting error {}, matching rate {} (within {:.1} mm of a block)",
+        or_dash(number("fitting_error_m").map(|v| format!("{:.2} mm", v * 1000.0))),
+        or_dash(number("matching_rate").map(|v| format!("{:.1} %", v * 100.0))),
+        number("fitting_threshold_m").unwrap_or(0.0) * 1000.0
+    ));
 }

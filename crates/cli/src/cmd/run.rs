@@ -1,13 +1,119 @@
-//! `tsumu run`.
+//! `tsumu run`: all stages for one site.
 
-use crate::{exit::Exit, progress::Terminal};
+use crate::exit::Exit;
+use crate::progress::Terminal;
+use crate::result_folder::RunFolder;
+use crate::{cmd, inputs, outputs, settings, weights};
+use anyhow::anyhow;
 use clap::Args;
+use geom::SeedTree;
+use pipeline::Works;
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
 
-/// Run.
+/// Everything for one site: segment, recognise, plan, report.
+///
+/// Reads SITE_DIR/site.toml and leaves a run folder with the recognised blocks, the stacking plan and
+/// report.html, which opens by double click.
 #[derive(Debug, Args)]
-pub struct RunArgs {}
-
-/// Runs the stage.
-pub fn run(_args: &RunArgs, _terminal: &Terminal) -> Result<(), Exit> {
-    Err(Exit::failed(anyhow::anyhow!("run is not connected yet")))
+pub struct RunArgs {
+    /// Folder with site.toml, its catalogue and surveys
+    #[arg(value_name = "SITE_DIR")]
+    pub site: PathBuf,
+    /// Run folder [default: SITE_DIR/run]
+    #[arg(long, value_name = "RUN_DIR")]
+    pub out: Option<PathBuf>,
+    /// How the first pose of each new block is chosen [default: the site's, or search]
+    #[arg(long, value_enum)]
+    pub policy: Option<cmd::plan::PolicyName>,
+    /// A model folder or weights file [default: the shipped weights that suit the catalogue]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
+    /// Root of all random choices [default: the site's]
+    #[arg(long)]
+    pub seed: Option<u64>,
 }
+
+/// Runs every stage and writes every file.
+pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
+    let mut clock = Clock::default();
+    let inputs = inputs::site(&args.site, terminal)?;
+    let (site, survey, catalog) = (&inputs.site, &inputs.survey, &inputs.catalog);
+    let config = settings::of_site(site, args.policy)?;
+    let design = inputs::design(site)?.ok_or_else(|| {
+        Exit::bad_input(anyhow!(
+            "{}: has no [design], so there is nothing to plan; add one, or use `tsumu recognise`",
+            args.site.join("site.toml").display()
+        ))
+    })?;
+    let model = weights::choose(args.model.as_deref(), catalog, terminal)?;
+    let run = RunFolder::for_writing(&args.out.clone().unwrap_or_else(|| site.folder.join("run")))?;
+    let seed_number = args.seed.unwrap_or(site.spec.seed);
+    let seed = SeedTree::new(seed_number);
+    clock.lap("read");
+
+    let recognition = pipeline::recognise(survey, catalog, &model, &config, seed, terminal)?;
+    clock.lap("recognise");
+    outputs::write_segment(&run, survey, &recognition)?;
+    let recognised = outputs::write_recognise(&run, survey, &recognition, catalog)?;
+    cmd::recognise::say(&recognised, terminal);
+    clock.lap("write recognise");
+
+    let works = Works {
+        survey,
+        catalog,
+        blocks: &recognition.blocks,
+        placed: &[],
+        design: &design,
+        ground: inputs::ground(site, survey),
+    };
+    let (pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
+    clock.lap("plan");
+    let planned = outputs::write_plan(&run, &works, &plan)?;
+    cmd::plan::say(&planned, terminal);
+
+    let page = cmd::report::page(&site.spec.name, &works, &pile, &plan, &recognised, &planned, &model.describe(), terminal)?;
+    io::atomic::write_bytes(&run.report(), page.as_bytes())?;
+    clock.lap("report");
+
+    let resolved = toml::to_string(&config)?;
+    io::atomic::write_bytes(&run.config(), resolved.as_bytes())?;
+    let mut manifest = io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), seed_number, serde_json::to_value(&config)?);
+    manifest.notes.insert("weights".into(), model.describe().into());
+    manifest.notes.insert("warnings".into(), json!(terminal.warnings()));
+    for name in site.inputs() {
+        manifest.add_input(&name, &site.folder.join(&name))?;
+    }
+    manifest.seal(run.root())?;
+    clock.lap("manifest");
+    outputs::write_json(&run.timing(), &clock.json())?;
+    terminal.emit("run", json!({ "recognised": recognised, "planned": planned, "folder": run.root() }));
+    terminal.say(format!("open {}", run.report().display()));
+    Ok(())
+}
+
+/// Wall time of each part of a run.
+struct Clock {
+    last: Instant,
+    laps: Vec<(&'static str, f64)>,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { last: Instant::now(), laps: Vec::new() }
+    }
+}
+
+impl Clock {
+    fn lap(&mut self, name: &'static str) {
+        self.laps.push((name, self.last.elapsed().as_secs_f64()));
+        self.last = Instant::now();
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let map: serde_json::Map<_, _> = self.laps.iter().map(|(n, s)| (format!("{n}_s"), json!(s))).collect();
+        serde_json::Value::Object(map)
+    }
+}
+

@@ -1,0 +1,26 @@
+//! Settings: the defaults, then the site's tables, then flags. Unknown keys are errors.
+
+use crate::cmd::plan::PolicyName;
+use crate::exit::{Exit, OrBadInput};
+use anyhow::Context;
+use pipeline::Config;
+use serde::de::DeserializeOwned;
+
+/// The settings of a site.
+pub fn of_site(site: &io::site::Site, policy: Option<PolicyName>) -> Result<Config, Exit> {
+    let spec = &site.spec;
+    let mut config = Config {
+        segment: table(&spec.segment, "segment")?,
+        pose: table(&spec.pose, "pose")?,
+        plan: table(&spec.plan, "plan")?,
+        ..Config::default()
+    };
+    if let Some(policy) = policy {
+        config.plan.policy = policy.policy();
+    }
+    Ok(config)
+}
+
+fn table<T: DeserializeOwned>(table: &toml::Table, name: &str) -> Result<T, Exit> {
+    toml::Value::Table(table.clone()).try_into().with_context(|| format!("site.toml, [{name}]")).or_bad_input()
+}
