@@ -68,13 +68,11 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         design: &design,
         ground: inputs::ground(site, survey),
     };
-    let (pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
+    let (_pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
     clock.lap("plan");
     let planned = outputs::write_plan(&run, &works, &plan)?;
     cmd::plan::say(&planned, terminal);
 
-    let page = cmd::report::page(&site.spec.name, &works, &pile, &plan, &recognised, &planned, &model.describe(), terminal)?;
-    io::atomic::write_bytes(&run.report(), page.as_bytes())?;
     clock.lap("report");
 
     let resolved = toml::to_string(&config)?;
