@@ -7,9 +7,11 @@ mod cmd;
 mod exit;
 mod inputs;
 mod outputs;
+mod page;
 mod progress;
 mod result_folder;
 mod settings;
+mod surfaces;
 mod weights;
 
 use clap::Parser;

@@ -81,12 +81,7 @@ pub fn plan_works(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<(Scene, Plan), PipelineError> {
-    let pile = placed_blocks(works.blocks);
-    let ground = match &works.ground {
-        Some(ground) => ground.clone(),
-        None => plan::estimate_ground(&works.survey.cloud, works.blocks, works.catalog, &config.ground, observer),
-    };
-    let scene = Scene { blocks: pile, ground };
+    let scene = Scene { blocks: placed_blocks(works.blocks), ground: ground_of(works, config, observer) };
     let input = PlanInput {
         scene: &scene,
         frame: &works.survey.frame,
@@ -96,6 +91,14 @@ pub fn plan_works(
     };
     let plan = plan::plan(&input, &config.plan, seed.child("plan", 0), observer)?;
     Ok((scene, plan))
+}
+
+/// The bed as stated, or as the survey shows it between and beside the blocks.
+pub fn ground_of(works: &Works, config: &Config, observer: &dyn Observer) -> Ground {
+    match &works.ground {
+        Some(ground) => ground.clone(),
+        None => plan::estimate_ground(&works.survey.cloud, works.blocks, works.catalog, &config.ground, observer),
+    }
 }
 
 /// The accepted blocks as a pile.

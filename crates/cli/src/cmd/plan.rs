@@ -103,11 +103,16 @@ fn folders(args: &PlanArgs) -> Result<(PathBuf, PathBuf), Exit> {
             given.display()
         )));
     }
-    let beside = given.canonicalize().ok().and_then(|p| p.parent().map(Path::to_path_buf));
-    match args.site.clone().or(beside.filter(|p| is_site(p))) {
-        Some(site) => Ok((site, given.clone())),
-        None => Err(Exit::bad_input(anyhow!("{}: does not lie in its site folder; name that with --site", given.display()))),
-    }
+    Ok((site_of_run(given, args.site.as_deref())?, given.clone()))
+}
+
+/// The site a run belongs to: named, or the folder the run lies in.
+pub fn site_of_run(run: &Path, named: Option<&Path>) -> Result<PathBuf, Exit> {
+    let beside = run.canonicalize().ok().and_then(|p| p.parent().map(Path::to_path_buf));
+    let lies_in = beside.filter(|p| p.join("site.toml").is_file());
+    named.map(Path::to_path_buf).or(lies_in).ok_or_else(|| {
+        Exit::bad_input(anyhow!("{}: does not lie in its site folder; name that with --site", run.display()))
+    })
 }
 
 /// The blocks of `blocks.csv`, as corrected by hand perhaps.

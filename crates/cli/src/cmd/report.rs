@@ -1,13 +1,136 @@
-//! `tsumu report`.
+//! `tsumu report`: the report of a run folder, again.
 
-use crate::{exit::Exit, progress::Terminal};
+use crate::exit::{Exit, OrBadInput};
+use crate::page::{self, PageInput};
+use crate::progress::Terminal;
+use crate::result_folder::RunFolder;
+use crate::{cmd, inputs};
+use anyhow::anyhow;
 use clap::Args;
+use pipeline::Works;
+use report::Text;
+use scene::{Catalog, Plan, PlacementState, Recognised, Scene, SiteFrame};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
-/// Report.
+/// Write the report of a run folder again.
+///
+/// Reads recognise/ and plan/ of the run, and the site's survey and design; useful after blocks.csv was corrected.
 #[derive(Debug, Args)]
-pub struct ReportArgs {}
+pub struct ReportArgs {
+    /// The run folder
+    #[arg(value_name = "RUN_DIR")]
+    pub run: PathBuf,
+    /// The HTML file [default: RUN_DIR/report.html]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// The site folder, when the run does not lie in it
+    #[arg(long, value_name = "SITE_DIR")]
+    pub site: Option<PathBuf>,
+}
 
-/// Runs the stage.
-pub fn report(_args: &ReportArgs, _terminal: &Terminal) -> Result<(), Exit> {
-    Err(Exit::failed(anyhow::anyhow!("report is not connected yet")))
+/// Reads a run and writes its page.
+pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
+    let run = RunFolder::existing(&args.run);
+    let site_dir = cmd::plan::site_of_run(&args.run, args.site.as_deref())?;
+    let inputs = inputs::site(&site_dir, terminal)?;
+    let (survey, catalog) = (&inputs.survey, &inputs.catalog);
+    let design = inputs::design(&inputs.site)?
+        .ok_or_else(|| Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display())))?;
+    let mut blocks = cmd::plan::recognised(&run, catalog, &survey.frame)?;
+    give_points(&mut blocks, &run, survey.cloud.len(), terminal)?;
+    let works = Works {
+        survey,
+        catalog,
+        blocks: &blocks,
+        placed: &[],
+        design: &design,
+        ground: inputs::ground(&inputs.site, survey),
+    };
+    let config = crate::settings::of_site(&inputs.site, None)?;
+    let pile = Scene { blocks: pipeline::placed_blocks(&blocks), ground: pipeline::ground_of(&works, &config, terminal) };
+    let plan = planned(&run, catalog, &survey.frame)?;
+    let manifest = io::manifest::Manifest::load(run.root()).ok();
+    let provenance = manifest.map(|m| {
+        let weights = m.notes.get("weights").and_then(Value::as_str).unwrap_or("–").to_string();
+        provenance(m.seed, &weights)
+    });
+    let html = page::html(&PageInput {
+        title: &inputs.site.spec.name,
+        works: &works,
+        pile: &pile,
+        plan: &plan,
+        recognised: &json_file(&run.recognise_summary())?,
+        planned: &json_file(&run.plan_summary())?,
+        provenance: provenance.unwrap_or_default(),
+        warnings: terminal.warnings(),
+    })?;
+    let out = args.out.clone().unwrap_or_else(|| run.report());
+    io::atomic::write_bytes(&out, html.as_bytes())?;
+    terminal.say(format!("open {}", out.display()));
+    Ok(())
+}
+
+/// What identifies a run on its report.
+pub fn provenance(seed: u64, weights: &str) -> Vec<(Text, String)> {
+    vec![
+        (Text::new("Program", "プログラム"), format!("tsumu {}", env!("CARGO_PKG_VERSION"))),
+        (Text::new("Seed", "乱数の種"), seed.to_string()),
+        (Text::new("Network weights", "ネットワークの重み"), weights.to_string()),
+    ]
+}
+
+fn json_file(path: &Path) -> Result<Value, Exit> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| Exit::bad_input(anyhow!("cannot read {}: {e}; run the stage before first", path.display())))?;
+    serde_json::from_str(&text).map_err(|e| Exit::bad_input(anyhow!("{}: {e}", path.display())))
+}
+
+/// The points of each block, from the labelled cloud of the run.
+fn give_points(blocks: &mut [Recognised], run: &RunFolder, points: usize, terminal: &Terminal) -> Result<(), Exit> {
+    let file = run.recognise_cloud();
+    let cloud = io::points::read(&file, terminal).or_bad_input()?;
+    if cloud.len() != points {
+        return Err(Exit::bad_input(anyhow!(
+            "{}: has {} points, the site's surveys {points}; run the site again",
+            file.display(),
+            cloud.len()
+        )));
+    }
+    let mut of_block: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (i, &label) in cloud.instance.unwrap_or_default().iter().enumerate() {
+        of_block.entry(label).or_default().push(i as u32);
+    }
+    for block in blocks {
+        block.points = of_block.remove(&block.block.0).unwrap_or_default();
+    }
+    Ok(())
+}
+
+/// The plan of a run folder.
+fn planned(run: &RunFolder, catalog: &Catalog, frame: &SiteFrame) -> Result<Plan, Exit> {
+    let file = run.placements();
+    let rows = io::placements_csv::read(&file).or_bad_input()?;
+    let mut plan = Plan::default();
+    for row in rows {
+        let model = catalog.find(&row.model).ok_or_else(|| {
+            Exit::bad_input(anyhow!("{}: `{}` is not in the catalogue", file.display(), row.model))
+        })?;
+        let placement = scene::Placement {
+            order: row.order,
+            round: row.round,
+            model,
+            drop: row.drop.local(frame),
+            rest: row.rest.local(frame),
+            filled_m3: row.filled_m3 as f32,
+            contacts: row.contacts,
+            state: row.state,
+        };
+        match row.state {
+            PlacementState::Kept => plan.placements.push(placement),
+            _ => plan.removed.push(placement),
+        }
+    }
+    Ok(plan)
 }

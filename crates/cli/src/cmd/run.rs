@@ -1,6 +1,7 @@
 //! `tsumu run`: all stages for one site.
 
 use crate::exit::Exit;
+use crate::page::{self, PageInput};
 use crate::progress::Terminal;
 use crate::result_folder::RunFolder;
 use crate::{cmd, inputs, outputs, settings, weights};
@@ -68,11 +69,21 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         design: &design,
         ground: inputs::ground(site, survey),
     };
-    let (_pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
+    let (pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
     clock.lap("plan");
     let planned = outputs::write_plan(&run, &works, &plan)?;
     cmd::plan::say(&planned, terminal);
-
+    let html = page::html(&PageInput {
+        title: &site.spec.name,
+        works: &works,
+        pile: &pile,
+        plan: &plan,
+        recognised: &recognised,
+        planned: &planned,
+        provenance: cmd::report::provenance(seed_number, &model.describe()),
+        warnings: terminal.warnings(),
+    })?;
+    io::atomic::write_bytes(&run.report(), html.as_bytes())?;
     clock.lap("report");
 
     let resolved = toml::to_string(&config)?;
