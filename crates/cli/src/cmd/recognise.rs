@@ -79,7 +79,8 @@ impl Sensor {
     }
 }
 
-fn point(text: &str) -> Result<[f64; 3], String> {
+/// `x,y,z` as three numbers.
+pub fn point(text: &str) -> Result<[f64; 3], String> {
     let numbers: Vec<f64> =
         text.split(',').map(|t| t.trim().parse::<f64>()).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
     <[f64; 3]>::try_from(numbers).map_err(|n| format!("{} numbers instead of x,y,z", n.len()))

@@ -1,0 +1,138 @@
+//! What the user gave is wrong: one line that names it, exit status 2, nothing left behind.
+
+use crate::site::{CATALOG, SITE, copy, shared, tsumu};
+use std::path::Path;
+
+/// Runs the site and expects refusal with these words.
+fn refused(site: &Path, words: &[&str]) {
+    let ran = tsumu(&["run", &site.to_string_lossy()]);
+    assert_eq!(ran.code, 2, "{}{}", ran.out, ran.err);
+    let lines: Vec<_> = ran.err.lines().filter(|l| l.starts_with("tsumu: ")).collect();
+    assert_eq!(lines.len(), 1, "one line, not: {}", ran.err);
+    for word in words {
+        assert!(lines[0].contains(word), "`{word}` is not in: {}", lines[0]);
+    }
+    assert!(!ran.err.contains("panicked"), "{}", ran.err);
+    assert!(!site.join("run").exists(), "a refused run leaves nothing");
+}
+
+fn site_with(site_toml: &str) -> tempfile::TempDir {
+    let folder = copy();
+    std::fs::write(folder.path().join("site.toml"), site_toml).unwrap();
+    folder
+}
+
+fn site_of_catalog(catalog_toml: &str) -> tempfile::TempDir {
+    let folder = copy();
+    std::fs::write(folder.path().join("catalog.toml"), catalog_toml).unwrap();
+    folder
+}
+
+#[test]
+fn no_site() {
+    refused(Path::new("no/such/folder"), &["no/such/folder"]);
+}
+
+#[test]
+fn missing_survey_file() {
+    refused(site_with(&SITE.replace("survey.laz", "other.laz")).path(), &["other.laz"]);
+}
+
+#[test]
+fn unknown_key_names_the_key_and_the_line() {
+    refused(site_with(&format!("colour = 3\n{SITE}")).path(), &["site.toml", "colour", "line 1"]);
+}
+
+#[test]
+fn unknown_setting() {
+    refused(site_with(&format!("{SITE}\n[plan]\nspeed = 3\n")).path(), &["speed", "plan"]);
+}
+
+#[test]
+fn crs_missing() {
+    refused(site_with(&SITE.replace("crs = \"EPSG:6679\"", "")).path(), &["site.toml", "crs"]);
+}
+
+#[test]
+fn no_design() {
+    refused(site_with(SITE.split("[design]").next().unwrap()).path(), &["site.toml", "[design]"]);
+}
+
+#[test]
+fn design_elsewhere() {
+    refused(site_with(&SITE.replace("4125", "5125").replace("41247", "51247")).path(), &["design"]);
+}
+
+#[test]
+fn empty_and_nan_clouds() {
+    let folder = site_with(&SITE.replace("survey.laz", "survey.ply"));
+    let header = |n: usize| {
+        format!("ply\nformat ascii 1.0\nelement vertex {n}\nproperty double x\nproperty double y\nproperty double z\nend_header\n")
+    };
+    let ply = folder.path().join("survey.ply");
+    std::fs::write(&ply, header(0)).unwrap();
+    refused(folder.path(), &["survey.ply", "no points"]);
+    std::fs::write(&ply, header(2) + "1 2 3\n1 nan 3\n").unwrap();
+    refused(folder.path(), &["survey.ply", "finite"]);
+    std::fs::write(&ply, header(3) + "1 2 3\n").unwrap();
+    refused(folder.path(), &["survey.ply"]);
+}
+
+#[test]
+fn wrong_unit() {
+    refused(site_of_catalog(&CATALOG.replace("2.0", "2000.0")).path(), &["tetrapod-5t", "unit"]);
+    refused(site_of_catalog(&CATALOG.replace("2.0", "0.0002")).path(), &["tetrapod-5t", "unit"]);
+    refused(site_of_catalog(&CATALOG.replace("2.0", "-2.0")).path(), &["tetrapod-5t", "size"]);
+}
+
+#[test]
+fn open_mesh() {
+    let folder = site_of_catalog("[[block]]\nname = \"sheet\"\nmesh = \"sheet.obj\"\nunit = \"m\"\n");
+    std::fs::write(folder.path().join("sheet.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    refused(folder.path(), &["sheet", "watertight"]);
+}
+
+#[test]
+fn a_mesh_needs_its_unit() {
+    let folder = site_of_catalog("[[block]]\nname = \"sheet\"\nmesh = \"sheet.obj\"\n");
+    std::fs::write(folder.path().join("sheet.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    refused(folder.path(), &["sheet", "unit"]);
+}
+
+#[test]
+fn weights_of_something_else() {
+    let folder = copy();
+    let weights = folder.path().join("weights.safetensors");
+    std::fs::write(&weights, "these are no weights").unwrap();
+    let ran = tsumu(&["run", &folder.path().to_string_lossy(), "--model", &weights.to_string_lossy()]);
+    assert_eq!(ran.code, 2, "{}", ran.err);
+    assert!(ran.err.contains("weights.safetensors"), "{}", ran.err);
+}
+
+#[test]
+fn a_folder_of_something_else_is_not_written_into() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("thesis.docx"), "precious").unwrap();
+    let out = folder.path().to_string_lossy().into_owned();
+    let ran = tsumu(&["run", &shared().to_string_lossy(), "--out", &out]);
+    assert_eq!(ran.code, 2, "{}", ran.err);
+    assert!(ran.err.contains("thesis.docx"), "{}", ran.err);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_design_no_block_fits_under_gives_a_plan_of_none() {
+    let folder = site_with(&SITE.replace("level_m = 4.4", "level_m = -9.0"));
+    let ran = tsumu(&["run", &folder.path().to_string_lossy()]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert!(ran.out.contains("0 blocks to add"), "{}", ran.out);
+    assert!(ran.err.contains("design"), "the reason is said: {}", ran.err);
+}
+
+#[test]
+fn usage() {
+    assert_eq!(tsumu(&["run"]).code, 2);
+    assert_eq!(tsumu(&["frobnicate"]).code, 2);
+    assert_eq!(tsumu(&["--version"]).code, 0);
+    assert_eq!(tsumu(&["run", "x", "--threads", "0"]).code, 2);
+}

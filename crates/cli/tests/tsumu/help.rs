@@ -1,0 +1,37 @@
+//! Help texts, completions and manual pages.
+
+use crate::site::{ok, tsumu};
+
+const COMMANDS: [&str; 11] =
+    ["run", "synth", "train", "segment", "recognise", "plan", "report", "evaluate", "verify", "completions", "man"];
+
+#[test]
+fn every_command_explains_itself() {
+    let help = ok(&["--help"]).out;
+    let mut last = 0;
+    for command in COMMANDS {
+        let at = help.find(&format!("\n  {command}")).unwrap_or_else(|| panic!("{command} is not listed"));
+        assert!(at > last, "{command} is out of order");
+        last = at;
+        let own = ok(&[command, "--help"]).out;
+        assert!(own.lines().next().is_some_and(|l| l.len() > 15), "{command} has no description");
+    }
+}
+
+#[test]
+fn completions_and_man_pages() {
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        assert!(ok(&["completions", shell]).out.contains("recognise"));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    ok(&["man", "--out", &folder.path().to_string_lossy()]);
+    let page = std::fs::read_to_string(folder.path().join("tsumu-recognise.1")).unwrap();
+    assert!(page.contains("CLOUD"));
+}
+
+#[test]
+fn no_arguments_show_the_help() {
+    let ran = tsumu::<&str>(&[]);
+    assert_eq!(ran.code, 2);
+    assert!(ran.err.contains("Usage"), "{}", ran.err);
+}

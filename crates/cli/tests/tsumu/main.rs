@@ -1,0 +1,7 @@
+//! The built program as a user runs it.
+
+mod architecture;
+mod bad_input;
+mod help;
+mod site;
+mod tiny_site;
