@@ -1,18 +1,35 @@
 //! Which weights a run uses.
 
 use crate::exit::{Exit, OrBadInput};
-use crate::progress::Terminal;
+use anyhow::Context;
 use geom::{Event, Observer};
 use scene::Catalog;
 use segment::SegmentModel;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// The user's weights, or the shipped ones that suit the catalogue; says which.
-pub fn choose(model: Option<&Path>, catalog: &Catalog, terminal: &Terminal) -> Result<SegmentModel, Exit> {
-    let model = match model {
-        Some(path) => SegmentModel::load(path).or_bad_input()?,
-        None => SegmentModel::shipped(catalog).or_bad_input()?,
+/// The file `tsumu train segment` leaves in its folder.
+const MODEL_FILE: &str = "model.safetensors";
+
+/// Weights and where they come from.
+pub struct Chosen {
+    /// The weights.
+    pub model: SegmentModel,
+    /// One line for people and manifests.
+    pub origin: String,
+}
+
+/// The user's weights (a file, or the folder of a training), or the shipped ones that suit the catalogue.
+pub fn choose(path: Option<&Path>, catalog: &Catalog, observer: &dyn Observer) -> Result<Chosen, Exit> {
+    let (model, from) = match path {
+        Some(path) => {
+            let file: PathBuf = if path.is_dir() { path.join(MODEL_FILE) } else { path.to_path_buf() };
+            let model = SegmentModel::load(&file).with_context(|| file.display().to_string()).or_bad_input()?;
+            (model, "of your own")
+        }
+        None => (SegmentModel::shipped(catalog).or_bad_input()?, "shipped"),
     };
-    terminal.event(Event::Noted { stage: "segment", message: format!("weights: {}", model.describe()) });
-    Ok(model)
+    let description = &model.description;
+    let origin = format!("{} ({from}, {} steps)", description.name, description.steps);
+    observer.event(Event::Noted { stage: "segment", message: format!("weights: {origin}") });
+    Ok(Chosen { model, origin })
 }

@@ -58,6 +58,22 @@ pub fn recognise(
     Ok(foreground.whole(segmentation, blocks))
 }
 
+/// The first room alone: which point belongs to which block.
+pub fn segment_survey(
+    survey: &Survey,
+    catalog: &Catalog,
+    model: &SegmentModel,
+    config: &Config,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Segmentation, PipelineError> {
+    survey::check_scale(survey, catalog)?;
+    let foreground = Foreground::of(survey, catalog, seed.child("background", 0), observer);
+    let cloud = &foreground.survey.cloud;
+    let segmentation = segment::segment(cloud, catalog, model, &config.segment, seed.child("segment", 0), observer)?;
+    Ok(foreground.whole(segmentation, Vec::new()).segmentation)
+}
+
 /// What the works are planned on.
 pub struct Works<'a> {
     /// The survey the blocks were recognised in.

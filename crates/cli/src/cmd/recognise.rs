@@ -102,15 +102,15 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> 
     let catalog = inputs::catalog(&args.catalog, terminal)?.catalog;
     let survey =
         inputs::loose_survey(&args.clouds, args.measured.sensor.kind(), args.measured.sensor_position, terminal)?;
-    let model = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
+    let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out)?;
     let seed = SeedTree::new(args.chosen.seed);
-    let recognition = pipeline::recognise(&survey, &catalog, &model, &config, seed, terminal)?;
+    let recognition = pipeline::recognise(&survey, &catalog, &weights.model, &config, seed, terminal)?;
     outputs::write_segment(&run, &survey, &recognition)?;
     let summary = outputs::write_recognise(&run, &survey, &recognition, &catalog)?;
     let config = serde_json::to_value(&config)?;
     let mut manifest = io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), args.chosen.seed, config);
-    manifest.notes.insert("weights".into(), model.describe().into());
+    manifest.notes.insert("weights".into(), weights.origin.as_str().into());
     for file in args.clouds.iter().chain(std::iter::once(&args.catalog)) {
         manifest.add_input(file.file_name().map_or(file.as_path(), |n| n.as_ref()), file)?;
     }

@@ -48,13 +48,13 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
             args.site.join("site.toml").display()
         ))
     })?;
-    let model = weights::choose(args.model.as_deref(), catalog, terminal)?;
+    let weights = weights::choose(args.model.as_deref(), catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out.clone().unwrap_or_else(|| site.folder.join("run")))?;
     let seed_number = args.seed.unwrap_or(site.spec.seed);
     let seed = SeedTree::new(seed_number);
     clock.lap("read");
 
-    let recognition = pipeline::recognise(survey, catalog, &model, &config, seed, terminal)?;
+    let recognition = pipeline::recognise(survey, catalog, &weights.model, &config, seed, terminal)?;
     clock.lap("recognise");
     outputs::write_segment(&run, survey, &recognition)?;
     let recognised = outputs::write_recognise(&run, survey, &recognition, catalog)?;
@@ -80,7 +80,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         plan: &plan,
         recognised: &recognised,
         planned: &planned,
-        provenance: cmd::report::provenance(seed_number, &model.describe()),
+        provenance: cmd::report::provenance(seed_number, &weights.origin),
         warnings: terminal.warnings(),
     })?;
     io::atomic::write_bytes(&run.report(), html.as_bytes())?;
@@ -89,7 +89,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     let resolved = toml::to_string(&config)?;
     io::atomic::write_bytes(&run.config(), resolved.as_bytes())?;
     let mut manifest = io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), seed_number, serde_json::to_value(&config)?);
-    manifest.notes.insert("weights".into(), model.describe().into());
+    manifest.notes.insert("weights".into(), weights.origin.as_str().into());
     manifest.notes.insert("warnings".into(), json!(terminal.warnings()));
     for name in site.inputs() {
         manifest.add_input(&name, &site.folder.join(&name))?;
