@@ -14,7 +14,8 @@ use scene::{Catalog, CentreHypothesis, Segmentation};
 use std::collections::BTreeMap;
 
 /// How points become instances.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Clustering {
     /// Modes of the votes for the pose centre: ours.
     #[default]
@@ -24,7 +25,8 @@ pub enum Clustering {
 }
 
 /// Nothing here needs a user's choice: lengths are in d_max of the catalogue's blocks.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct SegmentConfig {
     /// Votes or embeddings.
     pub clustering: Clustering,
