@@ -9,6 +9,7 @@ pub mod design_file;
 pub mod drawing;
 pub mod dxf;
 pub mod e57_scan;
+pub mod export_set;
 pub mod geojson;
 pub mod geopackage;
 pub mod geotiff;

@@ -145,3 +145,35 @@ fn a_labelled_cloud_of_the_contract() {
     assert_eq!(codes, [5, 3, 9], "u32, u16, f32");
     assert_eq!(io::points::read(&path, &Silent).unwrap().len(), 5);
 }
+
+#[test]
+fn the_whole_set_has_the_names_of_the_guide() {
+    let (sample, folder) = (sample(), tempfile::tempdir().unwrap());
+    let map = geom::HeightMap { origin: [0.25, 0.25], cell_m: 0.1, nx: 400, ny: 300, z_m: vec![1.5; 120_000] };
+    let maps = [
+        ("height", io::raster::Raster::of_heights(&map, &sample.frame)),
+        ("deficit", io::raster::Raster::of_differences(&map, &sample.frame)),
+    ];
+    let set = io::export_set::ExportSet { drawing: sample.drawing(), seed: 7, maps: &maps, surfaces: &["height"] };
+    io::export_set::write(folder.path(), &set).unwrap();
+    let mut names: Vec<_> =
+        fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    let expected = [
+        "blocks.dxf",
+        "blocks.geojson",
+        "blocks.glb",
+        "blocks.ifc",
+        "deficit.tif",
+        "height.tif",
+        "project.gpkg",
+        "surfaces.xml",
+    ];
+    assert_eq!(names, expected);
+    let read = |name: &str| geotiff::read(&mut Input::open(&folder.path().join(name)).unwrap()).unwrap().0;
+    assert_eq!((read("height.tif").value[0], read("deficit.tif").value[0]), (3.5, 1.5));
+    assert_eq!(read("height.tif").origin, [-35_600.25, -12_300.0]);
+    assert_eq!(read("height.tif").cell_m, 0.1);
+    let tin = landxml::read(&mut Input::open(&folder.path().join("surfaces.xml")).unwrap(), Some("height")).unwrap();
+    assert!(tin.vertices.len() < 60_000 && tin.vertices.len() > 20_000 && tin.vertices[0].z == 3.5);
+}
