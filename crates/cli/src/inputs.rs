@@ -2,34 +2,23 @@
 
 use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use geom::{DVec3, Event, Observer};
 use pipeline::survey::{RawSurvey, local_survey};
 use scene::{AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec, SensorKind, Survey};
 use std::path::{Path, PathBuf};
 
-/// A catalogue file and the models made of it.
-pub struct CatalogFile {
-    /// The file.
-    pub file: PathBuf,
-    /// As written.
-    pub spec: CatalogSpec,
-    /// As used.
-    pub catalog: Catalog,
-}
-
 /// Reads `catalog.toml` and the meshes it names.
-pub fn catalog(file: &Path, observer: &dyn Observer) -> Result<CatalogFile, Exit> {
+pub fn catalog(file: &Path, observer: &dyn Observer) -> Result<Catalog, Exit> {
     let spec = io::site::load_catalog(file).or_bad_input()?;
-    let catalog = models(&spec, file, observer)?;
-    Ok(CatalogFile { file: file.to_path_buf(), spec, catalog })
+    models(&spec, file, observer)
 }
 
 /// The models of a catalogue whose meshes lie beside `file`.
 pub fn models(spec: &CatalogSpec, file: &Path, observer: &dyn Observer) -> Result<Catalog, Exit> {
     let load = io::site::mesh_loader(file);
-    let catalog = blocks::catalog(spec, &load)
-        .map_err(|e| Exit::bad_input(anyhow!(e).context(file.display().to_string())))?;
+    let catalog =
+        blocks::catalog(spec, &load).map_err(|e| Exit::bad_input(anyhow!(e).context(file.display().to_string())))?;
     for (_, model) in catalog.iter() {
         observer.event(Event::Noted { stage: "catalogue", message: describe(model) });
     }
@@ -121,9 +110,12 @@ fn site_survey(site: &io::site::Site, terminal: &Terminal) -> Result<Survey, Exi
 }
 
 /// The design surface of a site, checked; `None` when it has none.
-pub fn design(site: &io::site::Site) -> Result<Option<DesignSurface>, Exit> {
+pub fn design(site: &io::site::Site, observer: &dyn Observer) -> Result<Option<DesignSurface>, Exit> {
+    if let (Some(file), Some(spec)) = (&site.design_file, &site.spec.design_file) {
+        return Ok(Some(io::design_file::read(file, spec.cell_m, site.spec.axis_order, observer).or_bad_input()?));
+    }
     let Some(design) = &site.spec.design else { return Ok(None) };
-    design.check().map_err(|e| Exit::bad_input(anyhow!(e).context(site.folder.join("site.toml").display().to_string())))?;
+    design.check().with_context(|| site.folder.join("site.toml").display().to_string()).or_bad_input()?;
     Ok(Some(design.clone()))
 }
 

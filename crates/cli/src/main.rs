@@ -4,6 +4,7 @@
 
 mod args;
 mod cmd;
+mod drawings;
 mod exit;
 mod inputs;
 mod outputs;
@@ -11,7 +12,6 @@ mod page;
 mod progress;
 mod result_folder;
 mod settings;
-mod surfaces;
 mod weights;
 
 use clap::Parser;

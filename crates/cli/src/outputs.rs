@@ -44,21 +44,12 @@ pub fn explained_cloud(survey: &Survey, blocks: &[Recognised]) -> RawCloud {
             (instance[i], model[i], confidence[i]) = (block.block.0, block.model.0 + 1, block.confidence);
         }
     }
-    RawCloud {
-        instance: Some(instance),
-        model: Some(model),
-        confidence: Some(confidence),
-        ..site_cloud(survey)
-    }
+    RawCloud { instance: Some(instance), model: Some(model), confidence: Some(confidence), ..site_cloud(survey) }
 }
 
 /// Rows of `blocks.csv`: accepted blocks; those not judged follow in `not_judged.csv`.
 pub fn block_rows(blocks: &[Recognised], judgement: Judgement, catalog: &Catalog, frame: &SiteFrame) -> Vec<BlockRow> {
-    blocks
-        .iter()
-        .filter(|b| b.judgement == judgement)
-        .map(|b| BlockRow::of_recognised(b, catalog, frame))
-        .collect()
+    blocks.iter().filter(|b| b.judgement == judgement).map(|b| BlockRow::of_recognised(b, catalog, frame)).collect()
 }
 
 /// Fit of the recognised blocks to the survey, computed from the files' own values.
@@ -123,16 +114,15 @@ pub fn write_recognise(
 }
 
 /// Writes `plan/` of a run; returns its summary.
-pub fn write_plan(run: &RunFolder, works: &Works, plan: &Plan) -> Result<Value, Exit> {
+pub fn write_plan(run: &RunFolder, works: &Works, plan: &Plan, range: Option<Value>) -> Result<Value, Exit> {
     let frame = &works.survey.frame;
-    let rows: Vec<_> = plan
-        .placements
-        .iter()
-        .chain(&plan.removed)
-        .map(|p| PlacementRow::of(p, works.catalog, frame))
-        .collect();
+    let rows: Vec<_> =
+        plan.placements.iter().chain(&plan.removed).map(|p| PlacementRow::of(p, works.catalog, frame)).collect();
     io::placements_csv::write(&run.placements(), &rows)?;
-    let summary = serde_json::to_value(plan.summary)?;
+    let mut summary = serde_json::to_value(plan.summary)?;
+    if let Some(range) = range {
+        summary["count_range"] = range;
+    }
     write_json(&run.plan_summary(), &summary)?;
     Ok(summary)
 }

@@ -1,10 +1,10 @@
 //! Puts a run's values into the report. Labels are in both languages of the page.
 
-use crate::surfaces::Surfaces;
-use geom::{Vec2, Vec3, Warning};
+use crate::drawings::Drawings;
+use geom::Warning;
 use pipeline::Works;
 use report::{Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind, Text};
-use scene::{DesignSurface, Judgement, Plan, Scene};
+use scene::{Judgement, Plan, Scene};
 use serde_json::Value;
 
 /// Everything a report is made of.
@@ -17,6 +17,8 @@ pub struct PageInput<'a> {
     pub pile: &'a Scene,
     /// The plan.
     pub plan: &'a Plan,
+    /// Its surfaces and sections.
+    pub drawings: &'a Drawings,
     /// `recognise/summary.json`.
     pub recognised: &'a Value,
     /// `plan/summary.json`.
@@ -30,31 +32,33 @@ pub struct PageInput<'a> {
 /// The page as HTML.
 pub fn html(input: &PageInput) -> Result<String, report::ReportError> {
     let works = input.works;
-    let surfaces = Surfaces::of(works, input.pile, input.plan);
-    let before = surfaces.deficit(&surfaces.as_is);
-    let after = surfaces.deficit(&surfaces.planned);
-    let distance: Vec<f32> = works.survey.cloud.position_m.iter().map(|&p| design_distance_m(works, p)).collect();
+    let drawings = input.drawings;
+    let distance = pipeline::point_deficits_m(works, input.pile, input.plan);
 
     let mut page = ReportInput::new(input.title, works.survey, works.catalog);
     page.program = format!("tsumu {}", env!("CARGO_PKG_VERSION"));
     page.recognised = works.blocks;
     page.plan = Some(input.plan);
     page.point_distance_m = &distance;
-    page.count = Some(Count {
-        blocks: input.plan.placements.len() as u32,
-        p10_p90: None,
-        basis: Text::new(
-            "one simulated plan; another seed gives another count",
-            "一回のシミュレーションの結果。乱数の種を変えると個数も変わる",
-        ),
-    });
+    page.count = Some(count(input));
     page.figures = figures(input);
-    page.outlines = vec![outline(works)];
+    page.outlines = pipeline::design_lines(works)
+        .into_iter()
+        .map(|(closed, points)| Outline { label: Text::new("Design", "計画線"), points, closed })
+        .collect();
     page.maps = vec![
-        MapLayer { label: Text::new("Deficit before", "不足高さ(現況)"), unit: "m".into(), values: &before },
-        MapLayer { label: Text::new("Deficit after", "不足高さ(計画後)"), unit: "m".into(), values: &after },
+        MapLayer {
+            label: Text::new("Deficit before", "不足高さ(現況)"),
+            unit: "m".into(),
+            values: &drawings.deficit_before,
+        },
+        MapLayer {
+            label: Text::new("Deficit after", "不足高さ(計画後)"),
+            unit: "m".into(),
+            values: &drawings.deficit_after,
+        },
     ];
-    page.sections = sections(works, &surfaces);
+    page.sections = sections(drawings);
     let accepted = || works.blocks.iter().filter(|b| b.judgement == Judgement::Accepted);
     page.histograms = vec![
         Histogram {
@@ -70,7 +74,7 @@ pub fn html(input: &PageInput) -> Result<String, report::ReportError> {
         Histogram {
             label: Text::new("Distance of the planned surface below the design", "計画後の面と計画面との差"),
             unit: "m".into(),
-            values: Surfaces::known(&after),
+            values: drawings.deficit_after.z_m.clone(),
         },
     ];
     page.assumptions = assumptions(works);
@@ -79,10 +83,22 @@ pub fn html(input: &PageInput) -> Result<String, report::ReportError> {
     report::html(&page)
 }
 
-/// Distance of a point below the design surface; NaN outside the works.
-fn design_distance_m(works: &Works, p: Vec3) -> f32 {
-    let site = works.survey.frame.site_from_local(p);
-    works.design.level_at(site.x, site.y).map_or(f32::NAN, |level| (level - site.z) as f32)
+/// The count with the range that other seeds give, when it was computed.
+fn count(input: &PageInput) -> Count {
+    let range = &input.planned["count_range"];
+    let bound = |key: &str| range[key].as_f64().map(|v| v.round() as u32);
+    let p10_p90 = bound("p10").zip(bound("p90"));
+    let basis = match (p10_p90, range["plans"].as_u64()) {
+        (Some(_), Some(n)) => Text::new(
+            format!("P10 to P90 of {n} simulated plans with different seeds"),
+            format!("乱数の種を変えた{n}回の計画の10～90パーセンタイル"),
+        ),
+        _ => Text::new(
+            "one simulated plan; another seed gives another count",
+            "一回のシミュレーションの結果。乱数の種を変えると個数も変わる",
+        ),
+    };
+    Count { blocks: input.plan.placements.len() as u32, p10_p90, basis }
 }
 
 fn figures(input: &PageInput) -> Vec<Figure> {
@@ -97,8 +113,16 @@ fn figures(input: &PageInput) -> Vec<Figure> {
         Figure::new(Text::new("Blocks to add", "追加するブロック"), whole(&p["blocks"]), ""),
         Figure::new(Text::new("Concrete to add", "追加コンクリート"), fixed(&p["concrete_m3"], 1, 1.0), "m³"),
         Figure::new(Text::new("Mass to add", "追加質量"), fixed(&p["mass_kg"], 1, 1e-3), "t"),
-        Figure::new(Text::new("Void below the design, before", "不足量(現況)"), fixed(&p["void_before_m3"], 1, 1.0), "m³"),
-        Figure::new(Text::new("Void below the design, after", "不足量(計画後)"), fixed(&p["void_after_m3"], 1, 1.0), "m³"),
+        Figure::new(
+            Text::new("Void below the design, before", "不足量(現況)"),
+            fixed(&p["void_before_m3"], 1, 1.0),
+            "m³",
+        ),
+        Figure::new(
+            Text::new("Void below the design, after", "不足量(計画後)"),
+            fixed(&p["void_after_m3"], 1, 1.0),
+            "m³",
+        ),
         Figure::new(
             Text::new("Mean distance to the design, after", "計画面との平均距離"),
             fixed(&p["mean_distance_m"], 2, 1.0),
@@ -111,59 +135,37 @@ fn figures(input: &PageInput) -> Vec<Figure> {
         ),
         Figure::new(Text::new("Protruding blocks", "突出ブロック"), whole(&p["protruding"]), ""),
         Figure::new(Text::new("Porosity of the new layer", "新しい層の空隙率"), fixed(&p["porosity"], 1, 100.0), "%"),
+        Figure::new(
+            Text::new("Blocks by N = φ·A·V^(−2/3)", "N = φ·A·V^(−2/3) による個数"),
+            fixed(&p["count_range"]["by_layers"], 0, 1.0),
+            "",
+        ),
+        Figure::new(
+            Text::new("Blocks by void · (1 − porosity) / V", "不足量・(1−空隙率)/V による個数"),
+            fixed(&p["count_range"]["by_volume"], 0, 1.0),
+            "",
+        ),
         Figure::new(Text::new("Survey points", "測量点数"), whole(&r["points"]), ""),
         Figure::new(Text::new("Fitting error", "当てはめ誤差"), fixed(&r["fitting_error_m"], 1, 1000.0), "mm"),
         Figure::new(Text::new("Matching rate", "一致率"), fixed(&r["matching_rate"], 1, 100.0), "%"),
     ]
 }
 
-fn outline(works: &Works) -> Outline {
-    let frame = &works.survey.frame;
-    let corners: Vec<[f64; 2]> = match works.design {
-        DesignSurface::Level { boundary, .. } | DesignSurface::Planes { boundary, .. } => boundary.clone(),
-        DesignSurface::Section { alignment, .. } => alignment.clone(),
-        DesignSurface::Grid { .. } => {
-            let [low, high] = works.design.extent();
-            vec![low, [high[0], low[1]], high, [low[0], high[1]]]
-        }
-    };
-    let closed = !matches!(works.design, DesignSurface::Section { .. });
-    let points = corners
+fn sections(drawings: &Drawings) -> Vec<Section> {
+    let line = |kind, points: &[[f32; 2]]| SectionLine { kind, points: points.to_vec() };
+    drawings
+        .sections
         .iter()
-        .map(|&[east, north]| {
-            let level = works.design.level_at(east, north).unwrap_or(frame.origin[2]);
-            frame.local_from_site(geom::DVec3::new(east, north, level))
-        })
-        .collect();
-    let label = if closed { Text::new("Boundary", "施工範囲") } else { Text::new("Alignment", "法線") };
-    Outline { label, points, closed }
-}
-
-/// Cuts across the works, a block's length apart but nine at the most, square to their longer side.
-fn sections(works: &Works, surfaces: &Surfaces) -> Vec<Section> {
-    let map = &surfaces.design;
-    let size = Vec2::new(map.nx as f32, map.ny as f32) * map.cell_m;
-    let start = Vec2::from_array(map.origin);
-    let (along, across, length_m) = if size.x >= size.y { (Vec2::X, Vec2::Y, size.x) } else { (Vec2::Y, Vec2::X, size.y) };
-    let count = ((length_m / (4.0 * works.catalog.d_max_m())).floor() as usize).clamp(1, 9);
-    let datum_m = works.survey.frame.origin[2];
-    (1..=count)
-        .map(|i| {
-            let chainage_m = length_m * i as f32 / (count + 1) as f32;
-            let from = start + along * chainage_m;
-            let to = from + across * size.dot(across);
-            let line = |kind, map| SectionLine { kind, points: Surfaces::cut(map, from, to, datum_m) };
-            Section {
-                label: Text::new(format!("Section {i}, chainage {chainage_m:.1} m"), format!("断面{i} 距離{chainage_m:.1} m")),
-                from,
-                to,
-                lines: vec![
-                    line(SectionLineKind::Ground, &surfaces.ground),
-                    line(SectionLineKind::AsIs, &surfaces.as_is),
-                    line(SectionLineKind::Planned, &surfaces.planned),
-                    line(SectionLineKind::Design, &surfaces.design),
-                ],
-            }
+        .map(|cut| Section {
+            label: Text::new(format!("Chainage {:.1} m", cut.chainage_m), format!("距離 {:.1} m", cut.chainage_m)),
+            from: cut.from,
+            to: cut.to,
+            lines: vec![
+                line(SectionLineKind::Ground, &cut.ground),
+                line(SectionLineKind::AsIs, &cut.as_surveyed),
+                line(SectionLineKind::Planned, &cut.planned),
+                line(SectionLineKind::Design, &cut.design),
+            ],
         })
         .collect()
 }

@@ -22,7 +22,17 @@ impl RunFolder {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(folder),
             Err(e) => return Err(Exit::failed(anyhow!(e).context(format!("cannot read {}", root.display())))),
         };
-        let ours = ["config.toml", "manifest.json", "timing.json", "report.html", "segment", "recognise", "plan", "report", "exports"];
+        let ours = [
+            "config.toml",
+            "manifest.json",
+            "timing.json",
+            "report.html",
+            "segment",
+            "recognise",
+            "plan",
+            "report",
+            "exports",
+        ];
         for entry in entries {
             let entry = entry.with_context(|| format!("cannot read {}", root.display()))?;
             let name = entry.file_name().to_string_lossy().into_owned();
@@ -51,14 +61,14 @@ impl RunFolder {
         self.root.join("config.toml")
     }
 
-    /// Versions, seed and hashes.
-    pub fn manifest(&self) -> PathBuf {
-        self.root.join("manifest.json")
-    }
-
     /// Wall times: the only file that differs between two runs.
     pub fn timing(&self) -> PathBuf {
         self.root.join("timing.json")
+    }
+
+    /// Files for GIS, CAD, BIM and viewers.
+    pub fn exports(&self) -> PathBuf {
+        self.root.join("exports")
     }
 
     /// The page for people.

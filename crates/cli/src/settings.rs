@@ -7,7 +7,7 @@ use pipeline::Config;
 use serde::de::DeserializeOwned;
 
 /// The settings of a site.
-pub fn of_site(site: &io::site::Site, policy: Option<PolicyName>) -> Result<Config, Exit> {
+pub fn of_site(site: &io::site::Site, policy: Option<PolicyName>, plans: Option<u32>) -> Result<Config, Exit> {
     let spec = &site.spec;
     let mut config = Config {
         segment: table(&spec.segment, "segment")?,
@@ -17,6 +17,9 @@ pub fn of_site(site: &io::site::Site, policy: Option<PolicyName>) -> Result<Conf
     };
     if let Some(policy) = policy {
         config.plan.policy = policy.policy();
+    }
+    if let Some(plans) = plans {
+        config.uncertainty.seeds = plans;
     }
     Ok(config)
 }

@@ -9,6 +9,9 @@ use std::path::{Component, Path, PathBuf};
 /// Name in the run folder.
 pub const FILE: &str = "manifest.json";
 
+/// Wall times of a run: of no consequence for the result, different every time, and so neither hashed nor checked.
+pub const APART: &str = "timing.json";
+
 /// The manifest. Holds no times and no absolute paths: the same inputs, seed and version give the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -139,7 +142,7 @@ pub fn entry(path: &Path) -> Result<Entry, IoError> {
     Ok(Entry { bytes, blake3: hasher.finalize().to_hex().to_string() })
 }
 
-/// Relative paths of all files but the manifest, sorted.
+/// Relative paths of all files but the manifest and the wall times, sorted.
 fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     let (mut found, mut open) = (Vec::new(), vec![PathBuf::new()]);
     while let Some(below) = open.pop() {
@@ -150,7 +153,7 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
             let name = below.join(item.file_name());
             if item.file_type().map_err(fail)?.is_dir() {
                 open.push(name);
-            } else if name != Path::new(FILE) {
+            } else if name != Path::new(FILE) && name != Path::new(APART) {
                 found.push(name);
             }
         }

@@ -11,7 +11,7 @@ pub use background::Foreground;
 pub use error::PipelineError;
 
 use geom::{Observer, SeedTree};
-use plan::{GroundConfig, PlanConfig, PlanInput};
+use plan::{GroundConfig, PlanConfig, PlanInput, Surfaces, SurfacesInput, Uncertainty, UncertaintyConfig};
 use pose::PoseConfig;
 use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Segmentation, Survey};
 use segment::{SegmentConfig, SegmentModel};
@@ -29,6 +29,8 @@ pub struct Config {
     pub ground: GroundConfig,
     /// Settings of planning.
     pub plan: PlanConfig,
+    /// How the range of the count is found.
+    pub uncertainty: UncertaintyConfig,
 }
 
 /// What recognition leaves. Indices and labels are those of the whole survey.
@@ -84,6 +86,8 @@ pub struct Works<'a> {
     pub blocks: &'a [Recognised],
     /// New blocks already placed.
     pub placed: &'a [PlacedBlock],
+    /// An earlier plan, of which what still holds is kept.
+    pub previous: Option<&'a Plan>,
     /// What is to be built.
     pub design: &'a DesignSurface,
     /// What the blocks lie on; `None`: estimated from the points no block explains.
@@ -98,15 +102,53 @@ pub fn plan_works(
     observer: &dyn Observer,
 ) -> Result<(Scene, Plan), PipelineError> {
     let scene = Scene { blocks: placed_blocks(works.blocks), ground: ground_of(works, config, observer) };
-    let input = PlanInput {
-        scene: &scene,
+    let previous = works.previous.cloned().unwrap_or_default();
+    let plan = plan::replan(&input(works, &scene), &previous, &config.plan, seed.child("plan", 0), observer)?;
+    Ok((scene, plan))
+}
+
+/// How far the count of a plan depends on chance: the same works planned with other seeds.
+pub fn count_range(
+    works: &Works,
+    scene: &Scene,
+    config: &Config,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Uncertainty, PipelineError> {
+    Ok(plan::uncertainty(&input(works, scene), &config.plan, &config.uncertainty, seed.child("plan", 0), observer)?)
+}
+
+/// What drawings show of a plan.
+pub fn surfaces(works: &Works, scene: &Scene, plan: &Plan) -> (Surfaces, Vec<plan::CrossSection>) {
+    let input = surfaces_input(works, scene, plan);
+    let surfaces = plan::surfaces(&input);
+    let sections = plan::cross_sections(&input, &surfaces);
+    (surfaces, sections)
+}
+
+/// How far each survey point lies below the design, metres.
+pub fn point_deficits_m(works: &Works, scene: &Scene, plan: &Plan) -> Vec<f32> {
+    plan::point_deficits_m(&surfaces_input(works, scene, plan))
+}
+
+/// Lines that show the design, each with whether it closes.
+pub fn design_lines(works: &Works) -> Vec<(bool, Vec<geom::Vec3>)> {
+    plan::design_lines(works.design, &works.survey.frame)
+}
+
+fn input<'a>(works: &'a Works, scene: &'a Scene) -> PlanInput<'a> {
+    PlanInput { scene, frame: &works.survey.frame, design: works.design, catalog: works.catalog, placed: works.placed }
+}
+
+fn surfaces_input<'a>(works: &'a Works, scene: &'a Scene, plan: &'a Plan) -> SurfacesInput<'a> {
+    SurfacesInput {
+        cloud: &works.survey.cloud,
         frame: &works.survey.frame,
         design: works.design,
+        ground: &scene.ground,
         catalog: works.catalog,
-        placed: works.placed,
-    };
-    let plan = plan::plan(&input, &config.plan, seed.child("plan", 0), observer)?;
-    Ok((scene, plan))
+        plan,
+    }
 }
 
 /// The bed as stated, or as the survey shows it between and beside the blocks.

@@ -85,10 +85,18 @@ pub fn check_scale(survey: &Survey, catalog: &Catalog) -> Result<(), PipelineErr
     let extent_m = survey.cloud.bounds().size().max_element();
     for (_, model) in catalog.iter() {
         if model.d_box_m > 2.0 * extent_m {
-            return Err(PipelineError::BlockTooLarge { block: model.name.clone(), block_m: model.d_box_m, cloud_m: extent_m });
+            return Err(PipelineError::BlockTooLarge {
+                block: model.name.clone(),
+                block_m: model.d_box_m,
+                cloud_m: extent_m,
+            });
         }
         if model.d_box_m < extent_m * 1e-4 {
-            return Err(PipelineError::BlockTooSmall { block: model.name.clone(), block_m: model.d_box_m, cloud_m: extent_m });
+            return Err(PipelineError::BlockTooSmall {
+                block: model.name.clone(),
+                block_m: model.d_box_m,
+                cloud_m: extent_m,
+            });
         }
     }
     Ok(())
@@ -109,14 +117,21 @@ mod tests {
 
     #[test]
     fn large_coordinates_keep_their_millimetres() {
-        let survey = local_survey(&[raw(&[[43_210.125, -98_765.25, 3.0], [43_212.0, -98_760.0, 4.0]])], AxisOrder::EastNorth, "EPSG:6679", "T.P.").unwrap();
+        let survey = local_survey(
+            &[raw(&[[43_210.125, -98_765.25, 3.0], [43_212.0, -98_760.0, 4.0]])],
+            AxisOrder::EastNorth,
+            "EPSG:6679",
+            "T.P.",
+        )
+        .unwrap();
         let back = survey.frame.site_from_local(survey.cloud.position_m[0]);
         assert!((back - DVec3::new(43_210.125, -98_765.25, 3.5)).length() < 1e-5);
     }
 
     #[test]
     fn north_east_files_are_turned() {
-        let survey = local_survey(&[raw(&[[-98_765.0, 43_210.0, 3.0]])], AxisOrder::NorthEast, "EPSG:6679", "").unwrap();
+        let survey =
+            local_survey(&[raw(&[[-98_765.0, 43_210.0, 3.0]])], AxisOrder::NorthEast, "EPSG:6679", "").unwrap();
         let back = survey.frame.site_from_local(survey.cloud.position_m[0]);
         assert!((back - DVec3::new(43_210.0, -98_765.0, 3.5)).length() < 1e-5);
     }

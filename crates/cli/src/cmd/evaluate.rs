@@ -1,8 +1,8 @@
 //! `tsumu evaluate`: any result against any truth, in the files of `docs/guide/formats.md`.
 
 use crate::exit::{Exit, OrBadInput};
-use crate::{inputs, outputs};
 use crate::progress::Terminal;
+use crate::{inputs, outputs};
 use anyhow::anyhow;
 use clap::Args;
 use geom::DVec3;
@@ -64,7 +64,7 @@ struct Figures {
 pub fn evaluate(args: &EvaluateArgs, terminal: &Terminal) -> Result<(), Exit> {
     let scenes = pair_scenes(&args.truth, &args.result)?;
     let catalog_file = find_catalog(args)?;
-    let catalog = inputs::catalog(&catalog_file, terminal)?.catalog;
+    let catalog = inputs::catalog(&catalog_file, terminal)?;
     let criteria = PoseCriteria { occlusion_limit: args.occlusion_limit, ..PoseCriteria::default() };
 
     let mut total = Total::default();
@@ -112,7 +112,11 @@ fn find_catalog(args: &EvaluateArgs) -> Result<PathBuf, Exit> {
     let near = |dir: &Path| [dir.join("catalog.toml"), dir.join("../catalog.toml")];
     let candidates: Vec<_> = near(&args.truth).into_iter().chain(near(&args.result)).collect();
     candidates.into_iter().find(|f| f.is_file()).ok_or_else(|| {
-        Exit::bad_input(anyhow!("no catalog.toml in {} or {}; name one with --catalog", args.truth.display(), args.result.display()))
+        Exit::bad_input(anyhow!(
+            "no catalog.toml in {} or {}; name one with --catalog",
+            args.truth.display(),
+            args.result.display()
+        ))
     })
 }
 
@@ -267,10 +271,21 @@ fn first_file(dir: &Path, names: &[&str]) -> Option<PathBuf> {
     names.iter().map(|n| dir.join(n)).find(|f| f.is_file())
 }
 
-fn placed(row: &io::blocks_csv::BlockRow, catalog: &Catalog, frame: &SiteFrame, file: &Path) -> Result<PlacedBlock, Exit> {
+fn placed(
+    row: &io::blocks_csv::BlockRow,
+    catalog: &Catalog,
+    frame: &SiteFrame,
+    file: &Path,
+) -> Result<PlacedBlock, Exit> {
     let model = catalog.find(&row.model).ok_or_else(|| {
         let known: Vec<_> = catalog.iter().map(|(_, m)| m.name.clone()).collect();
-        Exit::bad_input(anyhow!("{}: block {} is a `{}`, but the catalogue has {}", file.display(), row.block_id, row.model, known.join(", ")))
+        Exit::bad_input(anyhow!(
+            "{}: block {} is a `{}`, but the catalogue has {}",
+            file.display(),
+            row.block_id,
+            row.model,
+            known.join(", ")
+        ))
     })?;
     Ok(PlacedBlock { block: InstanceId(row.block_id), model, site_from_block: row.pose.local(frame) })
 }

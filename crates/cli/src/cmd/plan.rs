@@ -7,8 +7,9 @@ use crate::{inputs, outputs, settings};
 use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
-use pipeline::Works;
-use scene::{Catalog, InstanceId, Judgement, Recognised, SiteFrame};
+use pipeline::{Config, Works};
+use scene::{Catalog, InstanceId, Judgement, Placement, PlacementState, Plan, Recognised, Scene, SiteFrame};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Plan how many blocks to add, where, in which order and attitude.
@@ -29,6 +30,12 @@ pub struct PlanArgs {
     /// The site folder, when the run does not lie in it
     #[arg(long, value_name = "SITE_DIR")]
     pub site: Option<PathBuf>,
+    /// Plan on from this placements.csv (or the folder of a plan): what still holds of it is kept
+    #[arg(long, value_name = "PLAN")]
+    pub from: Option<PathBuf>,
+    /// How many plans the range of the count is taken from; 0: no range
+    #[arg(long, value_name = "N")]
+    pub plans: Option<u32>,
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
@@ -60,10 +67,18 @@ impl PolicyName {
 pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
     let (site_dir, run_dir) = folders(args)?;
     let inputs = inputs::site(&site_dir, terminal)?;
-    let config = settings::of_site(&inputs.site, args.policy)?;
-    let design = inputs::design(&inputs.site)?
+    let config = settings::of_site(&inputs.site, args.policy, args.plans)?;
+    let design = inputs::design(&inputs.site, terminal)?
         .ok_or_else(|| Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display())))?;
     let blocks = recognised(&RunFolder::existing(&run_dir), &inputs.catalog, &inputs.survey.frame)?;
+    let previous = match &args.from {
+        Some(from) => {
+            let inside = from.join("plan/placements.csv");
+            let file = if inside.is_file() { inside } else { from.clone() };
+            Some(earlier_plan(&file, &inputs.catalog, &inputs.survey.frame)?)
+        }
+        None => None,
+    };
     let run = RunFolder::for_writing(&args.out)?;
     let seed_number = args.seed.unwrap_or(inputs.site.spec.seed);
     let works = Works {
@@ -71,11 +86,14 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
         catalog: &inputs.catalog,
         blocks: &blocks,
         placed: &[],
+        previous: previous.as_ref(),
         design: &design,
         ground: inputs::ground(&inputs.site, &inputs.survey),
     };
-    let (_, plan) = pipeline::plan_works(&works, &config, SeedTree::new(seed_number), terminal)?;
-    let summary = outputs::write_plan(&run, &works, &plan)?;
+    let seed = SeedTree::new(seed_number);
+    let (pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
+    let range = range(&works, &pile, &config, seed, terminal)?;
+    let summary = outputs::write_plan(&run, &works, &plan, range)?;
     terminal.emit("planned", summary.clone());
     say(&summary, terminal);
     terminal.say(format!("plan: {}", run.placements().display()));
@@ -122,7 +140,12 @@ pub fn recognised(run: &RunFolder, catalog: &Catalog, frame: &SiteFrame) -> Resu
     rows.iter()
         .map(|row| {
             let model = catalog.find(&row.model).ok_or_else(|| {
-                Exit::bad_input(anyhow!("{}: block {} is a `{}`, which the catalogue does not have", file.display(), row.block_id, row.model))
+                Exit::bad_input(anyhow!(
+                    "{}: block {} is a `{}`, which the catalogue does not have",
+                    file.display(),
+                    row.block_id,
+                    row.model
+                ))
             })?;
             Ok(Recognised {
                 block: InstanceId(row.block_id),
@@ -140,6 +163,54 @@ pub fn recognised(run: &RunFolder, catalog: &Catalog, frame: &SiteFrame) -> Resu
         .collect()
 }
 
+/// The range of the count over seeds, as `plan/summary.json` has it; `None` when no plans were asked for.
+pub fn range(
+    works: &Works,
+    pile: &Scene,
+    config: &Config,
+    seed: SeedTree,
+    terminal: &Terminal,
+) -> Result<Option<serde_json::Value>, Exit> {
+    if config.uncertainty.seeds == 0 {
+        return Ok(None);
+    }
+    let found = pipeline::count_range(works, pile, config, seed, terminal)?;
+    Ok(Some(json!({
+        "plans": found.cases.len(),
+        "p10": found.blocks.p10,
+        "p50": found.blocks.p50,
+        "p90": found.blocks.p90,
+        "by_layers": found.by_layers,
+        "by_volume": found.by_volume,
+        "by_own_porosity": found.by_own_porosity,
+    })))
+}
+
+/// A plan as `placements.csv` has it.
+pub fn earlier_plan(file: &Path, catalog: &Catalog, frame: &SiteFrame) -> Result<Plan, Exit> {
+    let mut plan = Plan::default();
+    for row in io::placements_csv::read(file).or_bad_input()? {
+        let model = catalog
+            .find(&row.model)
+            .ok_or_else(|| Exit::bad_input(anyhow!("{}: `{}` is not in the catalogue", file.display(), row.model)))?;
+        let placement = Placement {
+            order: row.order,
+            round: row.round,
+            model,
+            drop: row.drop.local(frame),
+            rest: row.rest.local(frame),
+            filled_m3: row.filled_m3 as f32,
+            contacts: row.contacts,
+            state: row.state,
+        };
+        match row.state {
+            PlacementState::Kept => plan.placements.push(placement),
+            _ => plan.removed.push(placement),
+        }
+    }
+    Ok(plan)
+}
+
 /// The figures of a plan in words.
 pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
     let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
@@ -150,6 +221,15 @@ pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
         number("concrete_m3"),
         number("mass_kg") / 1000.0
     ));
+    if let Some(plans) = summary["count_range"]["plans"].as_u64() {
+        let of = |key: &str| summary["count_range"][key].as_f64().unwrap_or(0.0);
+        terminal.say(format!(
+            "with other seeds: {:.0} to {:.0} blocks (P10 to P90 of {plans} plans); by handbook porosity {:.0}",
+            of("p10"),
+            of("p90"),
+            of("by_volume")
+        ));
+    }
     terminal.say(format!(
         "void below the design {:.1} m³ before, {:.1} m³ after; mean distance to the design {:.2} m",
         number("void_before_m3"),

@@ -99,7 +99,7 @@ impl Chosen {
 /// Recognises and writes.
 pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> {
     let config = args.chosen.settings()?;
-    let catalog = inputs::catalog(&args.catalog, terminal)?.catalog;
+    let catalog = inputs::catalog(&args.catalog, terminal)?;
     let survey =
         inputs::loose_survey(&args.clouds, args.measured.sensor.kind(), args.measured.sensor_position, terminal)?;
     let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;

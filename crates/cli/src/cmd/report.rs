@@ -1,5 +1,6 @@
 //! `tsumu report`: the report of a run folder, again.
 
+use crate::drawings::Drawings;
 use crate::exit::{Exit, OrBadInput};
 use crate::page::{self, PageInput};
 use crate::progress::Terminal;
@@ -9,7 +10,7 @@ use anyhow::anyhow;
 use clap::Args;
 use pipeline::Works;
 use report::Text;
-use scene::{Catalog, Plan, PlacementState, Recognised, Scene, SiteFrame};
+use scene::{Recognised, Scene};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -36,7 +37,7 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
     let site_dir = cmd::plan::site_of_run(&args.run, args.site.as_deref())?;
     let inputs = inputs::site(&site_dir, terminal)?;
     let (survey, catalog) = (&inputs.survey, &inputs.catalog);
-    let design = inputs::design(&inputs.site)?
+    let design = inputs::design(&inputs.site, terminal)?
         .ok_or_else(|| Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display())))?;
     let mut blocks = cmd::plan::recognised(&run, catalog, &survey.frame)?;
     give_points(&mut blocks, &run, survey.cloud.len(), terminal)?;
@@ -45,12 +46,15 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         catalog,
         blocks: &blocks,
         placed: &[],
+        previous: None,
         design: &design,
         ground: inputs::ground(&inputs.site, survey),
     };
-    let config = crate::settings::of_site(&inputs.site, None)?;
-    let pile = Scene { blocks: pipeline::placed_blocks(&blocks), ground: pipeline::ground_of(&works, &config, terminal) };
-    let plan = planned(&run, catalog, &survey.frame)?;
+    let config = crate::settings::of_site(&inputs.site, None, None)?;
+    let pile =
+        Scene { blocks: pipeline::placed_blocks(&blocks), ground: pipeline::ground_of(&works, &config, terminal) };
+    let plan = cmd::plan::earlier_plan(&run.placements(), catalog, &survey.frame)?;
+    let drawings = Drawings::of(&works, &pile, &plan);
     let manifest = io::manifest::Manifest::load(run.root()).ok();
     let provenance = manifest.map(|m| {
         let weights = m.notes.get("weights").and_then(Value::as_str).unwrap_or("–").to_string();
@@ -61,6 +65,7 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         works: &works,
         pile: &pile,
         plan: &plan,
+        drawings: &drawings,
         recognised: &json_file(&run.recognise_summary())?,
         planned: &json_file(&run.plan_summary())?,
         provenance: provenance.unwrap_or_default(),
@@ -106,31 +111,4 @@ fn give_points(blocks: &mut [Recognised], run: &RunFolder, points: usize, termin
         block.points = of_block.remove(&block.block.0).unwrap_or_default();
     }
     Ok(())
-}
-
-/// The plan of a run folder.
-fn planned(run: &RunFolder, catalog: &Catalog, frame: &SiteFrame) -> Result<Plan, Exit> {
-    let file = run.placements();
-    let rows = io::placements_csv::read(&file).or_bad_input()?;
-    let mut plan = Plan::default();
-    for row in rows {
-        let model = catalog.find(&row.model).ok_or_else(|| {
-            Exit::bad_input(anyhow!("{}: `{}` is not in the catalogue", file.display(), row.model))
-        })?;
-        let placement = scene::Placement {
-            order: row.order,
-            round: row.round,
-            model,
-            drop: row.drop.local(frame),
-            rest: row.rest.local(frame),
-            filled_m3: row.filled_m3 as f32,
-            contacts: row.contacts,
-            state: row.state,
-        };
-        match row.state {
-            PlacementState::Kept => plan.placements.push(placement),
-            _ => plan.removed.push(placement),
-        }
-    }
-    Ok(plan)
 }

@@ -1,5 +1,6 @@
 //! `tsumu run`: all stages for one site.
 
+use crate::drawings::Drawings;
 use crate::exit::Exit;
 use crate::page::{self, PageInput};
 use crate::progress::Terminal;
@@ -31,6 +32,9 @@ pub struct RunArgs {
     /// A model folder or weights file [default: the shipped weights that suit the catalogue]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
+    /// How many plans the range of the count is taken from; 0: no range
+    #[arg(long, value_name = "N")]
+    pub plans: Option<u32>,
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
@@ -41,8 +45,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     let mut clock = Clock::default();
     let inputs = inputs::site(&args.site, terminal)?;
     let (site, survey, catalog) = (&inputs.site, &inputs.survey, &inputs.catalog);
-    let config = settings::of_site(site, args.policy)?;
-    let design = inputs::design(site)?.ok_or_else(|| {
+    let config = settings::of_site(site, args.policy, args.plans)?;
+    let design = inputs::design(site, terminal)?.ok_or_else(|| {
         Exit::bad_input(anyhow!(
             "{}: has no [design], so there is nothing to plan; add one, or use `tsumu recognise`",
             args.site.join("site.toml").display()
@@ -66,18 +70,25 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         catalog,
         blocks: &recognition.blocks,
         placed: &[],
+        previous: None,
         design: &design,
         ground: inputs::ground(site, survey),
     };
     let (pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
+    let range = cmd::plan::range(&works, &pile, &config, seed, terminal)?;
     clock.lap("plan");
-    let planned = outputs::write_plan(&run, &works, &plan)?;
+    let planned = outputs::write_plan(&run, &works, &plan, range)?;
     cmd::plan::say(&planned, terminal);
+
+    let drawings = Drawings::of(&works, &pile, &plan);
+    drawings.export(&run.exports(), &site.spec.name, &works, &plan, seed_number)?;
+    clock.lap("exports");
     let html = page::html(&PageInput {
         title: &site.spec.name,
         works: &works,
         pile: &pile,
         plan: &plan,
+        drawings: &drawings,
         recognised: &recognised,
         planned: &planned,
         provenance: cmd::report::provenance(seed_number, &weights.origin),
@@ -88,7 +99,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
 
     let resolved = toml::to_string(&config)?;
     io::atomic::write_bytes(&run.config(), resolved.as_bytes())?;
-    let mut manifest = io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), seed_number, serde_json::to_value(&config)?);
+    let mut manifest =
+        io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), seed_number, serde_json::to_value(&config)?);
     manifest.notes.insert("weights".into(), weights.origin.as_str().into());
     manifest.notes.insert("warnings".into(), json!(terminal.warnings()));
     for name in site.inputs() {
@@ -125,4 +137,3 @@ impl Clock {
         serde_json::Value::Object(map)
     }
 }
-

@@ -39,7 +39,7 @@ pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<(), Exit> {
         return Err(Exit::bad_input(anyhow!("--out {}: end it in .ply, .laz or .las", args.out.display())));
     }
     let config = args.chosen.settings()?;
-    let catalog = inputs::catalog(&args.catalog, terminal)?.catalog;
+    let catalog = inputs::catalog(&args.catalog, terminal)?;
     let files = std::slice::from_ref(&args.cloud);
     let survey = inputs::loose_survey(files, args.measured.sensor.kind(), args.measured.sensor_position, terminal)?;
     let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;

@@ -39,7 +39,7 @@ pub fn synth(args: &SynthArgs, terminal: &Terminal) -> Result<(), Exit> {
         .or_bad_input()?;
     let recipe = synth::Recipe::parse(&text).with_context(|| args.recipe.display().to_string()).or_bad_input()?;
     let catalog = match (&args.catalog, &recipe.catalog) {
-        (Some(file), _) => inputs::catalog(file, terminal)?.catalog,
+        (Some(file), _) => inputs::catalog(file, terminal)?,
         (None, Some(spec)) => inputs::models(spec, &args.recipe, terminal)?,
         (None, None) => {
             return Err(Exit::bad_input(anyhow!("{}: has no [catalog]; give --catalog", args.recipe.display())));

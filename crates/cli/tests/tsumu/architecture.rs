@@ -53,10 +53,8 @@ fn every_crate_uses_only_what_the_table_allows() {
 #[test]
 fn arrows_point_up_the_list_only() {
     let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("the page ships with the repository");
-    let order: Vec<&str> = page
-        .lines()
-        .filter_map(|line| line.split('|').nth(2)?.trim().strip_prefix('`')?.strip_suffix('`'))
-        .collect();
+    let order: Vec<&str> =
+        page.lines().filter_map(|line| line.split('|').nth(2)?.trim().strip_prefix('`')?.strip_suffix('`')).collect();
     let place = |name: &str| order.iter().position(|&n| n == name);
     for (name, uses) in allowed() {
         for other in uses {

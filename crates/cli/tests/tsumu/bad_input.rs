@@ -67,7 +67,9 @@ fn design_elsewhere() {
 fn empty_and_nan_clouds() {
     let folder = site_with(&SITE.replace("survey.laz", "survey.ply"));
     let header = |n: usize| {
-        format!("ply\nformat ascii 1.0\nelement vertex {n}\nproperty double x\nproperty double y\nproperty double z\nend_header\n")
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {n}\nproperty double x\nproperty double y\nproperty double z\nend_header\n"
+        )
     };
     let ply = folder.path().join("survey.ply");
     std::fs::write(&ply, header(0)).unwrap();

@@ -31,7 +31,17 @@ fn a_site_runs_to_a_plan_and_twice_to_the_same_bytes() {
     // The truth is known: most of the few blocks must be found, at the right places.
     let metrics = runs.path().join("metrics.json");
     let truth = text(&shared().join("truth"));
-    ok(&["evaluate", "--truth", &truth, "--result", &text(&one), "--catalog", &text(&site.path().join("catalog.toml")), "--out", &text(&metrics)]);
+    ok(&[
+        "evaluate",
+        "--truth",
+        &truth,
+        "--result",
+        &text(&one),
+        "--catalog",
+        &text(&site.path().join("catalog.toml")),
+        "--out",
+        &text(&metrics),
+    ]);
     let figures: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&metrics).unwrap()).unwrap();
     assert!(figures["pose_recall"].as_f64().unwrap() >= 0.7, "{figures:#}");
     assert!(figures["pose_precision"].as_f64().unwrap() >= 0.7, "{figures:#}");
@@ -63,7 +73,8 @@ fn every_point_comes_back_labelled() {
     let bytes = std::fs::read(&out).unwrap();
     let header = String::from_utf8_lossy(&bytes[..600.min(bytes.len())]).into_owned();
     assert!(header.contains("instance"), "{header}");
-    let truth = tsumu(&["segment", &survey, "--catalog", &catalog, "--out", &text(&folder.path().join("labelled.txt"))]);
+    let truth =
+        tsumu(&["segment", &survey, "--catalog", &catalog, "--out", &text(&folder.path().join("labelled.txt"))]);
     assert_eq!(truth.code, 2, "{}", truth.err);
 }
 
