@@ -9,6 +9,7 @@ pub mod report;
 pub mod run;
 pub mod segment;
 pub mod synth;
+pub mod synth_dataset;
 pub mod synth_site;
 pub mod train;
 pub mod verify;

@@ -2,6 +2,7 @@
 
 mod architecture;
 mod bad_input;
+mod dataset;
 mod help;
 mod site;
 mod tiny_site;

@@ -1,0 +1,239 @@
+//! A dataset folder of synthetic scenes: one folder a scene, each there whole or not at all.
+
+use crate::cmd::synth::Shard;
+use crate::exit::{Exit, OrBadInput};
+use crate::progress::Terminal;
+use anyhow::{Context, anyhow};
+use geom::{Event, Observer, SeedTree};
+use io::blocks_csv::{self, BlockRow};
+use io::{RawCloud, atomic, points};
+use rayon::prelude::*;
+use scene::Catalog;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use synth::{Recipe, SynthScene};
+
+/// Layout of the dataset folder.
+const FORMAT: u32 = 1;
+
+/// Files that all scenes share, by their name in the dataset folder.
+pub type Shared = Vec<(PathBuf, Vec<u8>)>;
+
+/// Which scenes to make, and how.
+pub struct Order<'a> {
+    /// What they look like, catalogue included.
+    pub recipe: &'a Recipe,
+    /// Its block types.
+    pub catalog: &'a Catalog,
+    /// Scenes in all.
+    pub scenes: u32,
+    /// Root of all random choices.
+    pub seed: u64,
+    /// Which of them this process makes.
+    pub shard: Shard,
+    /// Shares of train, validation and test.
+    pub split: [f64; 3],
+    /// Whether to draw each.
+    pub preview: bool,
+}
+
+/// The stream of one scene.
+pub fn seed(root: u64, scene: u32) -> SeedTree {
+    SeedTree::new(root).child("synth", u64::from(scene))
+}
+
+/// What `dataset.json` says; all scenes of a folder share it.
+#[derive(Debug, Serialize)]
+struct Dataset<'a> {
+    format: u32,
+    version: &'a str,
+    recipe: &'a str,
+    seed: u64,
+    split: [f64; 3],
+}
+
+/// What `scene.json` says.
+#[derive(Debug, Serialize, Deserialize)]
+struct SceneFacts {
+    scene: u32,
+    /// Value of the seed's child `synth`/i, in hexadecimal: JSON numbers lose its last bits.
+    stream: String,
+    split: String,
+    blocks: usize,
+    points: usize,
+    mean_occlusion: f64,
+    /// Why earlier piles of this scene were thrown away.
+    redraws: Vec<String>,
+    sensor: scene::SensorKind,
+    sensor_positions: Vec<[f32; 3]>,
+}
+
+/// Makes the scenes that are not there yet.
+pub fn make(out: &Path, order: &Order, shared: Shared, terminal: &Terminal) -> Result<(), Exit> {
+    claim(out, order, shared)?;
+    let wanted: Vec<u32> = (0..order.scenes).filter(|i| i % order.shard.count == order.shard.index).collect();
+    let missing: Vec<u32> = wanted.iter().copied().filter(|&i| !folder(out, i).is_dir()).collect();
+    sweep(out, &missing)?;
+    terminal.event(Event::Started { stage: "synth", total: missing.len() as u64 });
+    let done = AtomicU64::new(0);
+    missing.par_iter().try_for_each(|&i| {
+        if terminal.cancelled() {
+            return Err(Exit::failed(anyhow!(
+                "stopped with {} of {} scenes made; the same command goes on from here",
+                done.load(Ordering::Relaxed),
+                missing.len()
+            )));
+        }
+        one(out, order, i, terminal)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        terminal.event(Event::Advanced { stage: "synth", done });
+        Ok(())
+    })?;
+    terminal.event(Event::Finished { stage: "synth" });
+    let complete = (0..order.scenes).all(|i| folder(out, i).is_dir());
+    if complete {
+        index(out, order.scenes)?;
+    }
+    terminal.say(format!(
+        "{} scenes made, {} were there; {}",
+        missing.len(),
+        wanted.len() - missing.len(),
+        if complete {
+            format!("all {} are in {}", order.scenes, out.join("index.csv").display())
+        } else {
+            "other shards are still missing".to_owned()
+        }
+    ));
+    Ok(())
+}
+
+/// Writes what all scenes share, or checks that the folder is one of this very dataset.
+fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<(), Exit> {
+    let dataset = Dataset {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION"),
+        recipe: &order.recipe.name,
+        seed: order.seed,
+        split: order.split,
+    };
+    let json = serde_json::to_string_pretty(&dataset).context("dataset.json")? + "\n";
+    shared.push(("dataset.json".into(), json.into_bytes()));
+    shared.push(("recipe.toml".into(), order.recipe.to_toml().or_bad_input()?.into_bytes()));
+    for (name, bytes) in shared {
+        let path = out.join(name);
+        match fs::read(&path) {
+            Ok(there) if there == bytes => {}
+            Ok(_) => {
+                return Err(Exit::bad_input(anyhow!(
+                    "{} is of another recipe, catalogue, seed, split or version; choose another --out",
+                    path.display()
+                )));
+            }
+            Err(_) => atomic::write_bytes(&path, &bytes)?,
+        }
+    }
+    Ok(())
+}
+
+/// Removes what a killed run left of the scenes that are to be made again.
+fn sweep(out: &Path, missing: &[u32]) -> Result<(), Exit> {
+    let Ok(entries) = fs::read_dir(out.join("scenes")) else { return Ok(()) };
+    for entry in entries {
+        let path = entry.context("scenes")?.path();
+        let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+        let scene = name.strip_prefix('.').and_then(|n| n.strip_suffix(".part")).and_then(|n| n.split('-').next());
+        if scene.and_then(|s| s.parse().ok()).is_some_and(|i: u32| missing.contains(&i)) {
+            fs::remove_dir_all(&path).with_context(|| path.display().to_string())?;
+        }
+    }
+    Ok(())
+}
+
+fn folder(out: &Path, scene: u32) -> PathBuf {
+    out.join("scenes").join(format!("{scene:05}"))
+}
+
+/// Makes one scene beside its place and moves it there when it is whole.
+fn one(out: &Path, order: &Order, scene: u32, terminal: &Terminal) -> Result<(), Exit> {
+    let seed = seed(order.seed, scene);
+    let made =
+        synth::scene(order.recipe, order.catalog, seed).with_context(|| format!("scene {scene}")).or_bad_input()?;
+    for reason in &made.redraws {
+        terminal.event(Event::Noted { stage: "synth", message: format!("scene {scene} was dropped again: {reason}") });
+    }
+    let place = folder(out, scene);
+    let aside = place.with_file_name(format!(".{scene:05}-{}.part", std::process::id()));
+    let written = write(&aside, &made, order, facts(&made, scene, seed, order.split));
+    let moved = written.and_then(|()| match fs::rename(&aside, &place) {
+        // Another process has put the same scene there.
+        Err(_) if place.is_dir() => Ok(()),
+        other => other.with_context(|| place.display().to_string()).map_err(Exit::failed),
+    });
+    if aside.exists() {
+        fs::remove_dir_all(&aside).with_context(|| aside.display().to_string())?;
+    }
+    moved
+}
+
+fn facts(made: &SynthScene, scene: u32, seed: SeedTree, [train, validation, _]: [f64; 3]) -> SceneFacts {
+    // The split of a scene does not depend on how many scenes are made.
+    let u = (seed.child("split", 0).value() >> 11) as f64 / (1_u64 << 53) as f64;
+    let split = match u {
+        u if u < train => "train",
+        u if u < train + validation => "validation",
+        _ => "test",
+    };
+    let mean = made.occlusion.iter().map(|&o| f64::from(o)).sum::<f64>() / made.occlusion.len().max(1) as f64;
+    SceneFacts {
+        scene,
+        stream: format!("{:016x}", seed.value()),
+        split: split.into(),
+        blocks: made.scene.blocks.len(),
+        points: made.instance.len(),
+        mean_occlusion: mean,
+        redraws: made.redraws.clone(),
+        sensor: made.survey.sensor,
+        sensor_positions: made.survey.sensor_positions.iter().map(|p| p.to_array()).collect(),
+    }
+}
+
+fn write(to: &Path, made: &SynthScene, order: &Order, facts: SceneFacts) -> Result<(), Exit> {
+    let cloud = RawCloud {
+        position: made.survey.cloud.position_m.iter().map(|p| made.survey.frame.site_from_local(*p)).collect(),
+        instance: Some(made.instance.clone()),
+        ..Default::default()
+    };
+    points::write(&to.join("cloud.ply"), &cloud)?;
+    let truth = made.scene.blocks.iter().zip(&made.occlusion);
+    let rows: Vec<BlockRow> =
+        truth.map(|(b, &occlusion)| BlockRow::of_truth(b, occlusion, order.catalog, &made.survey.frame)).collect();
+    blocks_csv::write_truth(&to.join("truth.csv"), &rows)?;
+    let json = serde_json::to_string_pretty(&facts).context("scene.json")? + "\n";
+    atomic::write_bytes(&to.join("scene.json"), json.as_bytes())?;
+    if order.preview {
+        atomic::write_bytes(&to.join("preview.png"), &synth::preview_png(made).context("preview.png")?)?;
+    }
+    Ok(())
+}
+
+/// One line a scene, read from the scenes themselves, so that it does not matter who made them.
+fn index(out: &Path, scenes: u32) -> Result<(), Exit> {
+    let mut text = String::from("scene,folder,split,blocks,points,mean_occlusion,redraws\n");
+    for i in 0..scenes {
+        let path = folder(out, i).join("scene.json");
+        let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
+        let facts: SceneFacts = serde_json::from_slice(&bytes).with_context(|| path.display().to_string())?;
+        text += &format!(
+            "{i},scenes/{i:05},{},{},{},{:.6},{}\n",
+            facts.split,
+            facts.blocks,
+            facts.points,
+            facts.mean_occlusion,
+            facts.redraws.len()
+        );
+    }
+    atomic::write_bytes(&out.join("index.csv"), text.as_bytes())?;
+    Ok(())
+}
