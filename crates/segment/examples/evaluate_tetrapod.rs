@@ -1,4 +1,5 @@
-//! Judges a model on piles never trained on: `evaluate_tetrapod MODEL [SCENES] [votes|embedding]`.
+//! Judges a model on piles never trained on: `evaluate_tetrapod MODEL [SCENES] [votes|embedding] [SCORES.csv]`.
+//! The CSV gets every hypothesis' score, distance to the nearest true centre (d_max) and that block's occlusion.
 
 mod piles;
 
@@ -35,6 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = SegmentConfig { clustering, ..Default::default() };
     let root = SeedTree::new(777_000);
     let mut sums = [Sums::default(), Sums::default()];
+    let mut csv = String::from("scene,sensor,score,points,distance,occlusion\n");
     for index in 0..count {
         let pile = piles::pile(root.child("test", index))?;
         let made = &pile.made;
@@ -48,7 +50,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let counted = |label: u32| label > 0 && made.occlusion[label as usize - 1] < 0.8;
         let keep: Vec<usize> =
             (0..made.instance.len()).filter(|&i| made.instance[i] == 0 || counted(made.instance[i])).collect();
-        let predicted: Vec<u32> = keep.iter().map(|&i| result.instance[i]).collect();
+        // An instance that lies mostly on a block that does not count is neither right nor wrong.
+        let mut points = vec![(0_u32, 0_u32); result.instances + 1];
+        for (&instance, &label) in result.instance.iter().zip(&made.instance) {
+            let p = &mut points[instance as usize];
+            p.0 += 1;
+            p.1 += u32::from(label > 0 && !counted(label));
+        }
+        let judged = |i: u32| if points[i as usize].1 * 2 > points[i as usize].0 { 0 } else { i };
+        let predicted: Vec<u32> = keep.iter().map(|&i| judged(result.instance[i])).collect();
         let truth: Vec<u32> = keep.iter().map(|&i| made.instance[i]).collect();
         let s = &mut sums[usize::from(!pile.uav)];
         let one = metrics::precision_recall(&[InstanceScene { predicted: &predicted, truth: &truth }], 0.5)?;
@@ -70,6 +80,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for h in &result.hypotheses {
             let right = centres.iter().any(|c| (*c - h.centre).length() < 0.25 * d);
             s.scored.push((h.score, right));
+            let nearest = (0..centres.len())
+                .map(|i| ((centres[i] - h.centre).length() / d, i))
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .expect("a pile has blocks");
+            csv += &format!(
+                "{index},{},{},{},{:.3},{:.3}\n",
+                pile.uav,
+                h.score,
+                h.points.len(),
+                nearest.0,
+                made.occlusion[nearest.1]
+            );
         }
         println!(
             "{index} {} {:6} points, {:2} blocks ({} visible), {} instances, {} hypotheses, P {:.2} R {:.2}, {seconds:.2} s",
@@ -84,6 +106,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
         s.scenes += 1;
         s.counts = s.counts.plus(&one);
+    }
+    if let Some(path) = args.get(4) {
+        std::fs::write(path, csv)?;
     }
     for (name, s) in ["UAV", "MBES"].iter().zip(&mut sums) {
         if s.scenes == 0 {

@@ -17,17 +17,23 @@ use serde::{Deserialize, Serialize};
 /// Neighbours of an edge convolution, the point itself included.
 const K: usize = 20;
 
-/// Points of one batch (thesis: N = 4096).
+/// Sizes of the network; the thesis' by default.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FpccConfig {
     /// Points drawn into a batch.
     pub batch_points: usize,
+    /// Features of each edge convolution.
+    pub edge: usize,
+    /// Features of the global maximum.
+    pub global: usize,
+    /// Features of the two layers after it.
+    pub joined: [usize; 2],
 }
 
 impl Default for FpccConfig {
     fn default() -> Self {
-        Self { batch_points: 4096 }
+        Self { batch_points: 4096, edge: 64, global: 1024, joined: [512, 256] }
     }
 }
 
@@ -123,17 +129,18 @@ pub struct Fpcc {
 
 impl Fpcc {
     /// Random weights.
-    pub fn new(device: &Device) -> Self {
+    pub fn new(config: &FpccConfig, device: &Device) -> Self {
         let linear = |a: usize, b: usize| LinearConfig::new(a, b).init(device);
+        let (edge, [join, mix]) = (config.edge, config.joined);
         Self {
-            first: EdgeConvolution::new(6, 64, Some(64), device),
-            second: EdgeConvolution::new(64, 64, Some(64), device),
-            third: EdgeConvolution::new(64, 64, None, device),
-            global: linear(192, 1024),
-            join: linear(192 + 1024, 512),
-            mix: linear(512, 256),
-            embedding: linear(256, 128),
-            centre_hidden: linear(256, 128),
+            first: EdgeConvolution::new(6, edge, Some(edge), device),
+            second: EdgeConvolution::new(edge, edge, Some(edge), device),
+            third: EdgeConvolution::new(edge, edge, None, device),
+            global: linear(3 * edge, config.global),
+            join: linear(3 * edge + config.global, join),
+            mix: linear(join, mix),
+            embedding: linear(mix, 128),
+            centre_hidden: linear(mix, 128),
             centre: linear(128, 1),
         }
     }
@@ -200,10 +207,27 @@ mod tests {
     }
 
     #[test]
+    fn forward_equals_the_numpy_reference() {
+        let device = Device::flex();
+        let bytes = include_bytes!("../tests/golden/fpcc.safetensors");
+        let mut net = Fpcc::new(&crate::golden::small_fpcc(), &device);
+        net::weights::from_bytes(&mut net, bytes).unwrap();
+        let out = net.forward(&inputs(&crate::golden::points()), &device);
+        let (centre, embedding) = (floats(out.centre), floats(out.embedding));
+        let want = crate::golden::rows(include_str!("../tests/golden/fpcc.csv"));
+        for (i, row) in want.iter().enumerate() {
+            assert!((centre[i] - row[0]).abs() < 1e-4, "centre of point {i}");
+            for (q, v) in row[1..].iter().enumerate() {
+                assert!((embedding[i * 128 + q] - v).abs() < 1e-3 * v.abs().max(1.0), "embedding of point {i}");
+            }
+        }
+    }
+
+    #[test]
     fn order_of_the_points_does_not_matter() {
         let device = Device::flex();
         device.seed(4);
-        let net = Fpcc::new(&device);
+        let net = Fpcc::new(&FpccConfig::default(), &device);
         let mut rng = SeedTree::new(9).rng();
         // Random, because equal distances are decided by the order.
         let points: Vec<Vec3> = (0..60).map(|_| Vec3::new(rng.random(), rng.random(), rng.random())).collect();

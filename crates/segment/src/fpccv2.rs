@@ -93,3 +93,36 @@ impl FpccV2 {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::SegmentModel;
+    use crate::tile::neighbourhood;
+    use net::floats;
+
+    #[test]
+    fn forward_equals_the_numpy_reference() {
+        let model = SegmentModel::from_bytes(include_bytes!("../tests/golden/fpccv2.safetensors")).unwrap();
+        let hood = neighbourhood(crate::golden::points(), &model.description.network.backbone);
+        let device = Device::flex();
+        let out = model.network.infer(&hood, &device);
+        let parts =
+            [(out.offset, 3), (out.log_error, 1), (out.block, 1), (out.centre, 1), (out.embedding.narrow(1, 0, 4), 4)];
+        let want = crate::golden::rows(include_str!("../tests/golden/fpccv2.csv"));
+        let mut first = 0;
+        for (tensor, width) in parts {
+            for (i, got) in floats(tensor).chunks_exact(width).enumerate() {
+                for (q, v) in got.iter().enumerate() {
+                    let w = want[i][first + q];
+                    assert!(
+                        (v - w).abs() < 1e-4 * w.abs().max(1.0),
+                        "point {i}, column {}: {v} against {w}",
+                        first + q
+                    );
+                }
+            }
+            first += width;
+        }
+    }
+}

@@ -4,6 +4,8 @@ mod embedding_clusters;
 pub mod error;
 pub mod fpcc;
 pub mod fpccv2;
+#[cfg(test)]
+mod golden;
 mod infer;
 pub mod loss;
 pub mod model;

@@ -54,8 +54,8 @@ impl Default for SegmentConfig {
             clustering: Clustering::Votes,
             passes: 4,
             instance_spacing: 0.5,
-            least_score: 0.05,
-            least_instance_score: 0.3,
+            least_score: 0.01,
+            least_instance_score: 0.5,
             reach: 0.4,
             least_block: 0.5,
             centre_threshold: 0.6,
@@ -98,7 +98,7 @@ pub fn segment(
         let progress = Progress { observer, points: cloud.len(), part: at, parts: units.len() };
         found.add(at_scale(cloud, unit_m, model, config, seed.child("scale", at as u64), &progress)?);
     }
-    let result = found.into_segmentation(cloud.len(), config);
+    let result = found.into_segmentation(cloud.len());
     if result.instances == 0 && !cloud.is_empty() {
         observer.event(Event::Warned(Warning {
             stage: "segment",
@@ -270,9 +270,9 @@ fn confidence(density: f32) -> f32 {
 }
 
 /// Vote density at which half of the hypotheses are right.
-const DENSITY_AT_HALF: f32 = 4.0;
+const DENSITY_AT_HALF: f32 = 17.0;
 /// Steepness per e-fold of density.
-const SLOPE: f32 = 1.2;
+const SLOPE: f32 = 1.85;
 
 fn by_embedding(run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
     let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
@@ -315,7 +315,7 @@ impl Found {
     }
 
     /// One list: instances with points first, best first. A point takes the surest label of any scale.
-    fn into_segmentation(self, points: usize, config: &SegmentConfig) -> Segmentation {
+    fn into_segmentation(self, points: usize) -> Segmentation {
         let mut label: Vec<Option<(usize, u32, f32)>> = vec![None; points];
         for (s, scale) in self.scales.iter().enumerate() {
             for (slot, l) in label.iter_mut().zip(&scale.label) {
@@ -367,7 +367,6 @@ impl Found {
                 hypotheses[n as usize - 1].points.push(i as u32);
             }
         }
-        let _ = config;
         result.hypotheses = hypotheses;
         result
     }

@@ -4,6 +4,7 @@
 //! depend on how fast scenes are made: same seed, same tiles, same losses to rounding.
 
 mod checkpoint;
+mod picture;
 mod scenes;
 
 use crate::SegmentError;

@@ -1,6 +1,7 @@
 //! What a training keeps on disk, so that it can be stopped at any checkpoint and go on from there.
 
 use super::TrainConfig;
+use super::picture::learning_curve;
 use crate::SegmentError;
 use crate::fpccv2::FpccV2;
 use crate::loss::LossReport;
@@ -76,6 +77,9 @@ impl Checkpoint {
         let model = SegmentModel::of_network(&network.valid(), config, done)?.to_bytes()?;
         replace("model.safetensors", &|p| fs::write(p, &model).map_err(|e| e.to_string()))?;
         replace("steps", &|p| fs::write(p, done.to_string()).map_err(|e| e.to_string()))?;
+        let csv = fs::read_to_string(self.folder.join("curve.csv")).unwrap_or_default();
+        let path = self.folder.join("curve.svg");
+        fs::write(&path, learning_curve(&csv)).map_err(|e| self.error(&path, e))?;
         let path = self.folder.join("model.safetensors");
         fs::write(&path, &model).map_err(|e| self.error(&path, e))
     }
