@@ -29,10 +29,15 @@ impl Exit {
     }
 }
 
-/// Any other error is a failure of the work.
+/// What the stages refuse is the fault of what they were given, unless the user stopped them; anything else is a
+/// failure of the work.
 impl<E: Into<anyhow::Error>> From<E> for Exit {
     fn from(error: E) -> Self {
-        Self::failed(error)
+        let error = error.into();
+        match error.downcast_ref::<pipeline::PipelineError>() {
+            Some(refused) if !refused.is_interruption() => Self::bad_input(error),
+            _ => Self::failed(error),
+        }
     }
 }
 

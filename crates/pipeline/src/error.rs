@@ -45,6 +45,16 @@ pub enum PipelineError {
         /// Largest extent of the cloud.
         cloud_m: f32,
     },
+    /// A design that no survey shows.
+    #[error(
+        "the design lies {away_m:.0} m away from the survey: check its coordinates (east, north, in {crs}) and axis_order"
+    )]
+    DesignElsewhere {
+        /// Distance between their rectangles.
+        away_m: f64,
+        /// The site's CRS.
+        crs: String,
+    },
     /// Segmentation failed.
     #[error(transparent)]
     Segment(#[from] segment::SegmentError),
@@ -54,4 +64,16 @@ pub enum PipelineError {
     /// Planning failed.
     #[error(transparent)]
     Plan(#[from] plan::PlanError),
+}
+
+impl PipelineError {
+    /// Whether the user asked to stop, rather than gave something wrong.
+    pub fn is_interruption(&self) -> bool {
+        matches!(
+            self,
+            Self::Segment(segment::SegmentError::Cancelled)
+                | Self::Pose(pose::PoseError::Cancelled)
+                | Self::Plan(plan::PlanError::Cancelled)
+        )
+    }
 }

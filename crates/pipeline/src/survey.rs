@@ -2,7 +2,7 @@
 
 use crate::PipelineError;
 use geom::{DVec3, PointCloud};
-use scene::{AxisOrder, Catalog, SensorKind, SiteFrame, Survey};
+use scene::{AxisOrder, Catalog, DesignSurface, SensorKind, SiteFrame, Survey};
 
 /// One file's points as read, with what the site says of them.
 #[derive(Clone, Debug, Default)]
@@ -98,6 +98,19 @@ pub fn check_scale(survey: &Survey, catalog: &Catalog) -> Result<(), PipelineErr
                 cloud_m: extent_m,
             });
         }
+    }
+    Ok(())
+}
+
+/// Refuses a design that lies away from everything surveyed, before anything is computed.
+pub fn check_design(survey: &Survey, design: &DesignSurface) -> Result<(), PipelineError> {
+    let bounds = survey.cloud.bounds();
+    let (low, high) = (survey.frame.site_from_local(bounds.min), survey.frame.site_from_local(bounds.max));
+    let [design_low, design_high] = design.extent();
+    let gap = |axis: usize| (design_low[axis] - high[axis]).max(low[axis] - design_high[axis]).max(0.0);
+    let away_m = gap(0).hypot(gap(1));
+    if away_m > 0.0 {
+        return Err(PipelineError::DesignElsewhere { away_m, crs: survey.frame.crs.clone() });
     }
     Ok(())
 }

@@ -52,6 +52,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
             args.site.join("site.toml").display()
         ))
     })?;
+    pipeline::survey::check_scale(survey, catalog)?;
+    pipeline::survey::check_design(survey, &design)?;
     let weights = weights::choose(args.model.as_deref(), catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out.clone().unwrap_or_else(|| site.folder.join("run")))?;
     let seed_number = args.seed.unwrap_or(site.spec.seed);
