@@ -4,7 +4,7 @@ use crate::drawings::Drawings;
 use geom::Warning;
 use pipeline::Works;
 use report::{Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind, Text};
-use scene::{Judgement, Plan, Scene};
+use scene::{Catalog, Judgement, Plan, Recognised, Scene, Survey};
 use serde_json::Value;
 
 /// Everything a report is made of.
@@ -29,8 +29,26 @@ pub struct PageInput<'a> {
     pub warnings: Vec<String>,
 }
 
-/// The page as HTML.
-pub fn html(input: &PageInput) -> Result<String, report::ReportError> {
+/// A page and the picture for its cover.
+pub struct Page {
+    /// The whole report.
+    pub html: String,
+    /// PNG of the site with its recognised and planned blocks.
+    pub png: Vec<u8>,
+}
+
+/// Size of the picture.
+const PICTURE: (usize, usize) = (1400, 800);
+
+/// PNG of a survey and the blocks recognised in it.
+pub fn picture(survey: &Survey, catalog: &Catalog, blocks: &[Recognised]) -> Result<Vec<u8>, report::ReportError> {
+    let mut page = ReportInput::new("", survey, catalog);
+    page.recognised = blocks;
+    report::site_picture(&page, PICTURE.0, PICTURE.1).png()
+}
+
+/// The page and its picture.
+pub fn page(input: &PageInput) -> Result<Page, report::ReportError> {
     let works = input.works;
     let drawings = input.drawings;
     let distance = pipeline::point_deficits_m(works, input.pile, input.plan);
@@ -80,7 +98,7 @@ pub fn html(input: &PageInput) -> Result<String, report::ReportError> {
     page.assumptions = assumptions(works);
     page.warnings = input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
     page.provenance = input.provenance.clone();
-    report::html(&page)
+    Ok(Page { html: report::html(&page)?, png: report::site_picture(&page, PICTURE.0, PICTURE.1).png()? })
 }
 
 /// The count with the range that other seeds give, when it was computed.

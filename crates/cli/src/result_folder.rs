@@ -27,6 +27,7 @@ impl RunFolder {
             "manifest.json",
             "timing.json",
             "report.html",
+            "picture.png",
             "segment",
             "recognise",
             "plan",
@@ -74,6 +75,11 @@ impl RunFolder {
     /// The page for people.
     pub fn report(&self) -> PathBuf {
         self.root.join("report.html")
+    }
+
+    /// The site with its blocks, as a picture.
+    pub fn picture(&self) -> PathBuf {
+        self.root.join("picture.png")
     }
 
     /// Survey with the instance of every point.

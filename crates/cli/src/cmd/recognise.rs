@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// Find pose and type of every block in a cloud.
 ///
 /// Leaves recognise/blocks.csv (one row a block), recognise/cloud.laz (the block of every point),
-/// recognise/summary.json and segment/cloud.laz in the folder given with --out.
+/// recognise/summary.json, segment/cloud.laz and picture.png in the folder given with --out.
 #[derive(Debug, Args)]
 pub struct RecogniseArgs {
     /// Clouds: LAS, LAZ or PLY; several are joined
@@ -108,6 +108,7 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> 
     let recognition = pipeline::recognise(&survey, &catalog, &weights.model, &config, seed, terminal)?;
     outputs::write_segment(&run, &survey, &recognition)?;
     let summary = outputs::write_recognise(&run, &survey, &recognition, &catalog)?;
+    io::atomic::write_bytes(&run.picture(), &crate::page::picture(&survey, &catalog, &recognition.blocks)?)?;
     let config = serde_json::to_value(&config)?;
     let mut manifest = io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), args.chosen.seed, config);
     manifest.notes.insert("weights".into(), weights.origin.as_str().into());

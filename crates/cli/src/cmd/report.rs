@@ -60,7 +60,7 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         let weights = m.notes.get("weights").and_then(Value::as_str).unwrap_or("–").to_string();
         provenance(m.seed, &weights)
     });
-    let html = page::html(&PageInput {
+    let page = page::page(&PageInput {
         title: &inputs.site.spec.name,
         works: &works,
         pile: &pile,
@@ -72,7 +72,7 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         warnings: terminal.warnings(),
     })?;
     let out = args.out.clone().unwrap_or_else(|| run.report());
-    io::atomic::write_bytes(&out, html.as_bytes())?;
+    io::atomic::write_bytes(&out, page.html.as_bytes())?;
     terminal.say(format!("open {}", out.display()));
     Ok(())
 }

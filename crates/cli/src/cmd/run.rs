@@ -85,7 +85,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     let drawings = Drawings::of(&works, &pile, &plan);
     drawings.export(&run.exports(), &site.spec.name, &works, &plan, seed_number)?;
     clock.lap("exports");
-    let html = page::html(&PageInput {
+    let page = page::page(&PageInput {
         title: &site.spec.name,
         works: &works,
         pile: &pile,
@@ -96,7 +96,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         provenance: cmd::report::provenance(seed_number, &weights.origin),
         warnings: terminal.warnings(),
     })?;
-    io::atomic::write_bytes(&run.report(), html.as_bytes())?;
+    io::atomic::write_bytes(&run.report(), page.html.as_bytes())?;
+    io::atomic::write_bytes(&run.picture(), &page.png)?;
     clock.lap("report");
 
     let resolved = toml::to_string(&config)?;
