@@ -55,6 +55,8 @@ struct Figures {
     type_accuracy: Option<f64>,
     instance_precision: Option<f64>,
     instance_recall: Option<f64>,
+    block_point_precision: Option<f64>,
+    block_point_recall: Option<f64>,
     fitting_error_m: Option<f64>,
     matching_rate: Option<f64>,
     fitting_threshold_m: Option<f64>,
@@ -129,6 +131,7 @@ struct Total {
     not_judged: usize,
     poses: PoseScore,
     instances: Option<DetectionCounts>,
+    block_points: Option<DetectionCounts>,
     distance_m: Vec<f32>,
     threshold_m: f32,
 }
@@ -140,10 +143,12 @@ impl Total {
         self.recognised += scene.recognised;
         self.not_judged += scene.not_judged;
         self.poses = self.poses.plus(&scene.poses);
-        self.instances = match (self.instances.take(), scene.instances) {
+        let pooled = |a: Option<DetectionCounts>, b: Option<DetectionCounts>| match (a, b) {
             (Some(a), Some(b)) => Some(a.plus(&b)),
             (a, b) => a.or(b),
         };
+        self.instances = pooled(self.instances.take(), scene.instances);
+        self.block_points = pooled(self.block_points.take(), scene.block_points);
         self.distance_m.extend(scene.distance_m);
         self.threshold_m = scene.threshold_m;
     }
@@ -168,6 +173,8 @@ impl Total {
             type_accuracy: self.poses.type_accuracy(),
             instance_precision: self.instances.and_then(|i| i.precision()),
             instance_recall: self.instances.and_then(|i| i.recall()),
+            block_point_precision: self.block_points.and_then(|i| i.precision()),
+            block_point_recall: self.block_points.and_then(|i| i.recall()),
             fitting_error_m: fit.error_m,
             matching_rate: fit.matching_rate,
             fitting_threshold_m: fit.matching_rate.map(|_| f64::from(self.threshold_m)),
@@ -229,6 +236,10 @@ fn score_scene(
         if let Some(truth_file) = &truth_cloud {
             let truth = io::points::read(truth_file, terminal).or_bad_input()?;
             total.instances = instance_counts(&truth, &cloud, &truths, criteria)?;
+            if let Some(file) = first_file(result_dir, &["recognise/cloud.laz"]) {
+                let explained = io::points::read(&file, terminal).or_bad_input()?;
+                total.block_points = instance_counts(&truth, &explained, &truths, criteria)?;
+            }
         }
     }
     Ok(total)
@@ -319,6 +330,8 @@ fn print_table(f: &Figures, terminal: &Terminal) {
         ("type right", percent(f.type_accuracy)),
         ("instance precision, IoU ≥ .5", percent(f.instance_precision)),
         ("instance recall, IoU ≥ .5", percent(f.instance_recall)),
+        ("points of blocks, precision", percent(f.block_point_precision)),
+        ("points of blocks, recall", percent(f.block_point_recall)),
         ("fitting error E_f", millimetres(f.fitting_error_m)),
         ("matching rate R", percent(f.matching_rate)),
     ];
