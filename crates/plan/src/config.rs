@@ -181,6 +181,8 @@ pub struct Settings {
     pub drop_time_s: f32,
     /// How far a local world reaches from the place of the drop.
     pub local_radius_m: f32,
+    /// How far a block may roll in it without meeting blocks that the local world does not hold.
+    pub roam_m: f32,
     /// Search settings.
     pub search: SearchConfig,
     /// Physics for this block size.
@@ -193,6 +195,9 @@ impl PlanConfig {
         let scale = model.d_box_m / 2.0;
         let length = |value: Option<f32>, default_m: f32| value.unwrap_or(default_m * scale);
         let window_m = length(self.window_m, 2.0);
+        // Two bodies meet within two reaches; the rest is room to roll (random) or to settle (predicted poses).
+        let reach_m = reach_m.max(model.d_max_m);
+        let roam_m = if self.policy == Policy::Random { 2.0 } else { 1.0 } * reach_m;
         let settings = Settings {
             policy: self.policy,
             cell_m: length(self.cell_m, 0.1),
@@ -211,8 +216,8 @@ impl PlanConfig {
             shake_m_s: self.shake_m_s * scale.sqrt(),
             shake_limit_m: length(self.shake_limit_m, 0.1),
             drop_time_s: self.drop_time_s * scale.sqrt(),
-            // Two bodies meet within two reaches; the rest is room to roll (random) or to settle (predicted poses).
-            local_radius_m: if self.policy == Policy::Random { 4.0 } else { 3.0 } * reach_m.max(model.d_max_m),
+            local_radius_m: 2.0 * reach_m + roam_m,
+            roam_m,
             search: self.search.clone(),
             physics: self.physics.for_block_size(model.d_box_m),
         };
@@ -245,6 +250,10 @@ impl Settings {
         }
         not_negative("jitter_m", self.jitter_m)?;
         positive("displacement_limit_m", self.displacement_limit_m)?;
+        if self.displacement_limit_m > self.roam_m {
+            let (key, value) = ("displacement_limit_m", self.displacement_limit_m);
+            return Err(PlanError::BadSetting { key, value, why: "it must not exceed the block's own reach" });
+        }
         not_negative("wedge_limit", self.wedge_limit)?;
         not_negative("shake_m_s", self.shake_m_s)?;
         positive("shake_limit_m", self.shake_limit_m)?;

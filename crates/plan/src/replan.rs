@@ -14,7 +14,7 @@ pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec
     let settings = &site.settings;
     let open: Vec<&Placement> = previous.placements.iter().filter(|p| !is_built(stack, p)).collect();
     let places: Vec<Vec2> = open.iter().map(|p| (p.drop * stack.catalog.get(p.model).centre).truncate()).collect();
-    let limit_m = if settings.policy == Policy::Random { f32::INFINITY } else { settings.displacement_limit_m };
+    let limit_m = if settings.policy == Policy::Random { settings.roam_m } else { settings.displacement_limit_m };
     let mut carried: Vec<(usize, Placement)> = Vec::new();
     for batch in batches::independent(&places, 2.0 * settings.local_radius_m) {
         let found: Vec<Option<Placement>> =

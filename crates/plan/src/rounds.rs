@@ -95,7 +95,7 @@ fn serve(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree
     match &site.attitudes {
         None => {
             let pose = random_pose::pose(stack, &site.settings, site.model, window, &mut seed.rng());
-            pose.map(|drop| attempt(site, stack, &drop, f32::INFINITY, round).0).into_iter().collect()
+            pose.map(|drop| attempt(site, stack, &drop, site.settings.roam_m, round).0).into_iter().collect()
         }
         Some(attitudes) => {
             let found = search::candidates(stack, &site.settings, site.model, attitudes, window);

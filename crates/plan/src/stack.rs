@@ -18,7 +18,7 @@ pub(crate) struct Stack<'a> {
     pub surface: HeightMap,
     /// Design heights in the local frame; NaN outside the works.
     pub design: HeightMap,
-    /// Round in which each cell last rose.
+    /// When each cell last rose; 0: before planning.
     pub changed: Vec<u32>,
     /// Convex walls: a point and the inward normal of each.
     pub walls: Vec<(Vec3, Vec3)>,
@@ -70,13 +70,13 @@ impl<'a> Stack<'a> {
         }
     }
 
-    /// Adds a block and lifts the surface.
-    pub fn add(&mut self, block: PlacedBlock, round: u32) {
+    /// Adds a block and lifts the surface; `tick` counts batches.
+    pub fn add(&mut self, block: PlacedBlock, tick: u32) {
         let model = self.catalog.get(block.model);
         let rect = self.surface.raise(&model.mesh, &block.site_from_block);
         for iy in rect.y0..rect.y1 {
             for ix in rect.x0..rect.x1 {
-                self.changed[iy * self.surface.nx + ix] = round;
+                self.changed[iy * self.surface.nx + ix] = tick;
             }
         }
         let centre = block.site_from_block * model.centre;
@@ -116,7 +116,7 @@ impl<'a> Stack<'a> {
         has_design(*pose * model.centre) && (inside == Inside::Centre || whole())
     }
 
-    /// The last round in which any cell within `half_m` of (x, y) rose.
+    /// When any cell within `half_m` of (x, y) last rose.
     pub fn last_change(&self, x: f32, y: f32, half_m: f32) -> u32 {
         let rect = self.surface.rect_around(x, y, half_m);
         (rect.y0..rect.y1)

@@ -40,6 +40,21 @@ fn check(site: &Site, config: &PlanConfig, plan: &Plan) {
         );
     }
     nothing_is_needed_before_it_comes(site, block, plan);
+    nothing_overlaps(site, plan);
+}
+
+/// New blocks rest on the pile, not in it.
+fn nothing_overlaps(site: &Site, plan: &Plan) {
+    let shape = |model| sim::BlockShape::new(site.catalog.get(model)).unwrap();
+    let mut world = sim::World::new(&sim::PhysicsConfig::default());
+    for b in &site.scene.blocks {
+        world.add_fixed(&shape(b.model), &b.site_from_block);
+    }
+    let new: Vec<_> = plan.placements.iter().map(|p| world.add_fixed(&shape(p.model), &p.rest)).collect();
+    for id in new {
+        let deepest = world.contacts(id).iter().map(|c| c.depth_m).fold(0.0, f32::max);
+        assert!(deepest < 0.05, "overlap of {deepest} m between 2 m blocks");
+    }
 }
 
 /// Seen from above, no block has a large part of its underside below a block that comes earlier.
