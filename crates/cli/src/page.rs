@@ -44,7 +44,11 @@ const PICTURE: (usize, usize) = (1400, 800);
 pub fn picture(survey: &Survey, catalog: &Catalog, blocks: &[Recognised]) -> Result<Vec<u8>, report::ReportError> {
     let mut page = ReportInput::new("", survey, catalog);
     page.recognised = blocks;
-    report::site_picture(&page, PICTURE.0, PICTURE.1).png()
+    cover(&page)
+}
+
+fn cover(page: &ReportInput) -> Result<Vec<u8>, report::ReportError> {
+    report::site_picture(page, PICTURE.0, PICTURE.1).on([246, 248, 250]).png()
 }
 
 /// The page and its picture.
@@ -98,7 +102,7 @@ pub fn page(input: &PageInput) -> Result<Page, report::ReportError> {
     page.assumptions = assumptions(works);
     page.warnings = input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
     page.provenance = input.provenance.clone();
-    Ok(Page { html: report::html(&page)?, png: report::site_picture(&page, PICTURE.0, PICTURE.1).png()? })
+    Ok(Page { html: report::html(&page)?, png: cover(&page)? })
 }
 
 /// The count with the range that other seeds give, when it was computed.
