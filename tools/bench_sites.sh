@@ -12,7 +12,11 @@ for recipe in sawara todohokke era; do
     start=$(date +%s.%N)
     for scene in "$set_dir"/scenes/*/; do
       name=$(basename "$scene")
-      "$tsumu" recognise "$scene/cloud.ply" --catalog "$set_dir/catalog.toml" --sensor "$sensor" \
+      # The boat's and the drone's positions are known, as they are in a survey with its trajectory.
+      positions=$(python3 -c 'import json, sys
+for p in json.load(open(sys.argv[1]))["sensor_positions"]: print("--sensor-position=" + ",".join(map(str, p)))' "$scene/scene.json")
+      # shellcheck disable=SC2086
+      "$tsumu" recognise "$scene/cloud.ply" $positions --catalog "$set_dir/catalog.toml" --sensor "$sensor" \
         --out "$out/result/$recipe-$sensor/$name" --quiet
     done
     seconds=$(awk -v a="$start" -v b="$(date +%s.%N)" 'BEGIN { printf "%.1f", b - a }')

@@ -25,7 +25,18 @@ impl Exit {
 
     /// The whole chain of causes on one line.
     pub fn line(&self) -> String {
-        format!("{:#}", self.error).replace('\n', " ")
+        // A library's message often ends with its cause already: say each thing once.
+        let mut line = String::new();
+        for cause in self.error.chain() {
+            let text = cause.to_string();
+            if !line.contains(&text) {
+                if !line.is_empty() {
+                    line.push_str(": ");
+                }
+                line.push_str(&text);
+            }
+        }
+        line.replace('\n', " ")
     }
 }
 

@@ -47,7 +47,7 @@ fn describe(model: &BlockModel) -> String {
 pub fn loose_survey(
     files: &[PathBuf],
     sensor: SensorKind,
-    sensor_position: Option<[f64; 3]>,
+    sensor_positions: &[[f64; 3]],
     terminal: &Terminal,
 ) -> Result<Survey, Exit> {
     let mut crs = String::new();
@@ -57,9 +57,9 @@ pub fn loose_survey(
         if let Some(code) = &cloud.crs {
             crs.clone_from(code);
         }
-        let sensors = match sensor_position {
-            Some(p) => vec![DVec3::from_array(p)],
-            None => cloud.sensor_positions,
+        let sensors = match sensor_positions {
+            [] => cloud.sensor_positions,
+            given => given.iter().copied().map(DVec3::from_array).collect(),
         };
         raw.push(RawSurvey {
             file: file.display().to_string(),

@@ -38,9 +38,9 @@ pub struct Measured {
     /// Kind of sensor; with a depth camera the bin's floor is removed first
     #[arg(long, value_enum, default_value_t = Sensor::Uav)]
     pub sensor: Sensor,
-    /// Where the sensor was, in the cloud's coordinates [default: straight above]
+    /// Where the sensor was, in the cloud's coordinates; repeat it for several places [default: straight above]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub sensor_position: Option<[f64; 3]>,
+    pub sensor_position: Vec<[f64; 3]>,
 }
 
 /// Weights and settings.
@@ -101,7 +101,7 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> 
     let config = args.chosen.settings()?;
     let catalog = inputs::catalog(&args.catalog, terminal)?;
     let survey =
-        inputs::loose_survey(&args.clouds, args.measured.sensor.kind(), args.measured.sensor_position, terminal)?;
+        inputs::loose_survey(&args.clouds, args.measured.sensor.kind(), &args.measured.sensor_position, terminal)?;
     let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out)?;
     let seed = SeedTree::new(args.chosen.seed);

@@ -58,7 +58,8 @@ pub fn train(args: &TrainArgs, terminal: &Terminal) -> Result<(), Exit> {
 }
 
 fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit> {
-    let piles: Vec<Piles> = args.recipes.iter().map(|r| Piles::read(r, args)).collect::<Result<_, _>>().or_bad_input()?;
+    let piles: Vec<Piles> =
+        args.recipes.iter().map(|r| Piles::read(r, args)).collect::<Result<_, _>>().or_bad_input()?;
     let init = match args.init.as_deref() {
         Some("shipped") => Some(SegmentModel::shipped(&piles[0].catalog).or_bad_input()?),
         Some(path) => Some(SegmentModel::load(path.as_ref()).or_bad_input()?),
