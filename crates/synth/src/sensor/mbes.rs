@@ -20,6 +20,7 @@ use geom::{SeedTree, Vec3};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use scene::{Catalog, Ground, Scene};
 use serde::{Deserialize, Serialize};
 
 /// The sounder, its passes and its errors.
@@ -80,8 +81,8 @@ impl Default for Mbes {
             across_beam_deg: 0.5,
             range_noise_sd_m: 0.008,
             footprint_noise: 0.02,
-            slow_share: 0.6,
-            slow_correlation: 0.97,
+            slow_share: 0.55,
+            slow_correlation: 0.985,
             quantum_m: 0.0029,
             roll_bias_sd_deg: 0.03,
             heave_bias_sd_m: 0.02,
@@ -158,6 +159,26 @@ impl Mbes {
         // A place every 2 m of track is enough to know from where a point was seen.
         let positions = maps.iter().flat_map(|m| m.projection.track(2.0)).collect();
         Ok(Scan { points, occlusion, positions })
+    }
+
+    /// Pings over a flat, smooth bed `depth_m` below the head, without ghosts and spikes: (angle, range) of every beam.
+    /// For comparing the noise with a real sounder's.
+    pub fn flat_bed_pings(&self, depth_m: f32, pings: usize, seed: SeedTree) -> Vec<Vec<(f32, f32)>> {
+        let quiet = Self { ghosts: 0.0, spikes: 0.0, ..*self };
+        let width = 2.5 * depth_m * self.half_swath_deg.to_radians().tan();
+        let bed = Scene { blocks: Vec::new(), ground: Ground::Level { z_m: 0.0 } };
+        let targets = Targets::new(&bed, &Catalog::default(), Some([depth_m, width]));
+        let fan = (self.half_swath_deg + 2.0 * self.across_beam_deg).to_radians();
+        let step_rad = self.across_beam_deg.to_radians() / RAYS_PER_BEAM;
+        let start = Vec3::new(-0.4 * depth_m, 0.0, depth_m);
+        let map = RangeMap::render(
+            Swath::new(start, Vec3::X, 0.8 * depth_m, 0.05 * depth_m, [-fan, fan], step_rad),
+            &targets,
+        );
+        let mut rng = seed.rng();
+        let ping =
+            |_| quiet.ping(&map, &targets, 0.4 * depth_m, &mut rng).iter().map(|s| (s.angle_rad, s.range_m)).collect();
+        (0..pings).map(ping).collect()
     }
 
     /// Tracks along x at even offsets across the site and beyond, directions alternating.
@@ -351,6 +372,7 @@ struct BeamNoise {
     fast: f32,
     slow_share: f32,
     slow_correlation: f32,
+    beams: f32,
 }
 
 impl BeamNoise {
@@ -358,17 +380,59 @@ impl BeamNoise {
         let mut normal = || Distribution::<f32>::sample(&StandardNormal, rng);
         // Correlation is a matter of distance: with more beams, neighbours are more alike.
         let slow_correlation = mbes.slow_correlation.powf(256.0 / mbes.beams as f32);
-        Self { slow: normal(), fast: normal(), slow_share: mbes.slow_share, slow_correlation }
+        Self { slow: normal(), fast: normal(), slow_share: mbes.slow_share, slow_correlation, beams: mbes.beams as f32 }
     }
 
     fn next(&mut self, angle_rad: f32, rng: &mut impl Rng) -> f32 {
-        let outer = ((angle_rad.to_degrees().abs() - 25.0) / 20.0).clamp(0.0, 1.0);
+        // 0 near nadir, 1 at the edge; slow and fast parts fitted to the correlations of the real file at 1, 4, 16 beams.
+        let outer = ((angle_rad.to_degrees().abs() - 17.0) / 39.0).clamp(0.0, 1.0);
         let mut follow = |state: f32, rho: f32| {
             rho * state + (1.0 - rho * rho).sqrt() * Distribution::<f32>::sample(&StandardNormal, rng)
         };
         self.slow = follow(self.slow, self.slow_correlation);
-        self.fast = follow(self.fast, 0.04 + 0.36 * outer);
+        self.fast = follow(self.fast, (0.04 + 0.83 * outer.powf(3.6)).powf(256.0 / self.beams));
         let share = self.slow_share * outer;
         share.sqrt() * self.slow + (1.0 - share).sqrt() * self.fast
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Root mean square of the second difference from ping to ping and its correlation over `lag` beams, for the
+    /// beams between two angles.
+    fn noise(pings: &[Vec<(f32, f32)>], degrees: std::ops::Range<f32>, lag: usize) -> (f64, f64) {
+        let beams: Vec<usize> =
+            (0..pings[0].len() - lag).filter(|&b| degrees.contains(&pings[0][b].0.to_degrees())).collect();
+        let second =
+            |w: &[Vec<(f32, f32)>], b: usize| f64::from(w[0][b].1 - 2.0 * w[1][b].1 + w[2][b].1) / 6_f64.sqrt();
+        let (mut own, mut both, mut count) = (0.0, 0.0, 0.0);
+        for w in pings.windows(3) {
+            for &b in &beams {
+                own += second(w, b) * second(w, b);
+                both += second(w, b) * second(w, b + lag);
+                count += 1.0;
+            }
+        }
+        ((own / count).sqrt(), both / own)
+    }
+
+    /// Figures of a real R2Sonic 2026 over a flat bed: `tools/oracle/mbes_statistics.py`.
+    #[test]
+    fn noise_over_a_flat_bed_is_that_of_a_real_sounder() {
+        let sounder = Mbes { half_swath_deg: 61.5, ..Default::default() };
+        let pings = sounder.flat_bed_pings(10.5, 300, SeedTree::new(1));
+        for (degrees, lag, rms_m, correlation) in [
+            (0.0..20.0, 1, 0.0079, 0.05),
+            (40.0..50.0, 1, 0.0081, 0.64),
+            (50.0..61.0, 1, 0.0093, 0.94),
+            (50.0..61.0, 4, 0.0093, 0.68),
+            (50.0..60.0, 16, 0.0093, 0.49),
+        ] {
+            let (rms, found) = noise(&pings, degrees.clone(), lag);
+            assert!((rms / rms_m - 1.0).abs() < 0.12, "{degrees:?}: {rms} m against {rms_m} m");
+            assert!((found - correlation).abs() < 0.15, "{degrees:?}, lag {lag}: {found} against {correlation}");
+        }
     }
 }
