@@ -19,6 +19,7 @@ const browser = await chromium.launch({
   args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
 });
 const page = await browser.newPage({ viewport: { width: 1360, height: 900 }, locale: "en-GB" });
+page.setDefaultTimeout(180000);
 const requests = [], errors = [];
 page.on("request", r => { if (!/^(data|blob):/.test(r.url())) requests.push(r.url()); });
 page.on("pageerror", e => errors.push(e.message));

@@ -26,7 +26,7 @@ impl Default for ConvexConfig {
     fn default() -> Self {
         Self {
             volume_tolerance: 0.025,
-            steps: vec![(48, 0.03), (64, 0.01), (96, 0.005), (128, 0.002)],
+            steps: vec![(48, 0.03), (48, 0.01), (64, 0.01), (96, 0.01), (96, 0.005), (128, 0.002)],
             max_parts: 32,
             volume_rows: 160,
         }
