@@ -11,6 +11,7 @@ mod outputs;
 mod page;
 mod progress;
 mod result_folder;
+mod review;
 mod settings;
 mod weights;
 

@@ -5,6 +5,7 @@
 
 mod background;
 mod error;
+pub mod review;
 pub mod survey;
 
 pub use background::Foreground;

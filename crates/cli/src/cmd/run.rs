@@ -5,7 +5,7 @@ use crate::exit::Exit;
 use crate::page::{self, PageInput};
 use crate::progress::Terminal;
 use crate::result_folder::RunFolder;
-use crate::{cmd, inputs, outputs, settings, weights};
+use crate::{cmd, inputs, outputs, review, settings, weights};
 use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
@@ -54,13 +54,15 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     })?;
     pipeline::survey::check_scale(survey, catalog)?;
     pipeline::survey::check_design(survey, &design)?;
+    let decided = review::of_site(&site.folder)?;
     let weights = weights::choose(args.model.as_deref(), catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out.clone().unwrap_or_else(|| site.folder.join("run")))?;
     let seed_number = args.seed.unwrap_or(site.spec.seed);
     let seed = SeedTree::new(seed_number);
     clock.lap("read");
 
-    let recognition = pipeline::recognise(survey, catalog, &weights.model, &config, seed, terminal)?;
+    let mut recognition = pipeline::recognise(survey, catalog, &weights.model, &config, seed, terminal)?;
+    review::honour(decided.as_ref(), catalog, &survey.frame, &mut recognition.blocks, terminal)?;
     clock.lap("recognise");
     outputs::write_segment(&run, survey, &recognition)?;
     let recognised = outputs::write_recognise(&run, survey, &recognition, catalog)?;
@@ -109,6 +111,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     for name in site.inputs() {
         manifest.add_input(&name, &site.folder.join(&name))?;
     }
+    review::record(decided.as_ref(), &site.folder, &mut manifest)?;
     manifest.seal(run.root())?;
     clock.lap("manifest");
     outputs::write_json(&run.timing(), &clock.json())?;

@@ -1,0 +1,217 @@
+//! A reviewer's decisions, honoured: what a person decided about a block stands, and every difference is said.
+//!
+//! In: decisions with places, the blocks of this run. Out: the blocks as decided. A decision belongs to the block
+//! whose centre lies nearest its own, within a quarter of a block.
+
+use geom::{DVec3, Event, Observer, Pose, Quat, Warning};
+use scene::{Catalog, InstanceId, Judgement, ModelId, Recognised, Review, ReviewedBlock, SiteFrame, Verdict};
+
+/// Centres farther apart than this share of the block's longest edge are two blocks.
+const SAME_PLACE: f32 = 0.25;
+/// Turned by less, the pose is the reviewed one (METHOD §5).
+const SAME_TURN_RAD: f32 = 5.0 * std::f32::consts::PI / 180.0;
+
+/// A review that cannot be applied.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReviewError {
+    /// Written by a later version.
+    #[error("review.json: format {format} is not known (this version reads 1)")]
+    Format {
+        /// Stated format.
+        format: u32,
+    },
+    /// A type the catalogue lacks.
+    #[error("review.json: block {block_id} is of type `{model}`, which is not in the catalogue")]
+    UnknownModel {
+        /// Block.
+        block_id: u32,
+        /// Its type.
+        model: String,
+    },
+    /// A pose that is none.
+    #[error("review.json: block {block_id} has a pose that is not a finite position and a rotation")]
+    BadPose {
+        /// Block.
+        block_id: u32,
+    },
+}
+
+/// Applies the decisions; returns how many blocks they touched. Deterministic: decisions in the order of the file.
+pub fn honour(
+    review: &Review,
+    catalog: &Catalog,
+    frame: &SiteFrame,
+    blocks: &mut Vec<Recognised>,
+    observer: &dyn Observer,
+) -> Result<usize, ReviewError> {
+    if review.format != 1 {
+        return Err(ReviewError::Format { format: review.format });
+    }
+    let decided = review.blocks.iter().map(|d| decision(d, catalog, frame)).collect::<Result<Vec<_>, _>>()?;
+    let warn = |message: String| observer.event(Event::Warned(Warning { stage: "review", message }));
+    let mut touched = 0;
+    for (said, (model, pose)) in review.blocks.iter().zip(decided) {
+        let here = nearest(blocks, catalog, model, &pose);
+        match (said.verdict, here) {
+            (Verdict::Rejected, None) => {}
+            (Verdict::Rejected, Some(i)) => {
+                blocks.remove(i);
+                touched += 1;
+            }
+            (Verdict::Accepted | Verdict::Corrected, Some(i)) => {
+                let found = &mut blocks[i];
+                let turned =
+                    catalog.get(model).symmetry.rotation_error_rad(found.site_from_block.rotation, pose.rotation);
+                if said.verdict == Verdict::Accepted && (found.model != model || turned > SAME_TURN_RAD) {
+                    warn(format!(
+                        "block {} was accepted as `{}` and this run sees it otherwise (`{}`, turned by {:.0}°); the review stands",
+                        said.block_id,
+                        said.model,
+                        catalog.get(found.model).name,
+                        turned.to_degrees()
+                    ));
+                }
+                (found.model, found.site_from_block) = (model, pose);
+                (found.judgement, found.confidence) = (Judgement::Accepted, 1.0);
+                touched += 1;
+            }
+            (Verdict::Accepted | Verdict::Corrected, None) => {
+                warn(format!(
+                    "block {} of the review was not found by this run; it is kept as reviewed",
+                    said.block_id
+                ));
+                let number = blocks.iter().map(|b| b.block.0).max().unwrap_or(0) + 1;
+                blocks.push(kept(said, InstanceId(number), model, pose));
+                touched += 1;
+            }
+        }
+    }
+    Ok(touched)
+}
+
+fn decision(said: &ReviewedBlock, catalog: &Catalog, frame: &SiteFrame) -> Result<(ModelId, Pose), ReviewError> {
+    let model = catalog
+        .find(&said.model)
+        .ok_or_else(|| ReviewError::UnknownModel { block_id: said.block_id, model: said.model.clone() })?;
+    let place = frame.local_from_site(DVec3::new(said.x_m, said.y_m, said.z_m));
+    let turn = Quat::from_xyzw(said.qx as f32, said.qy as f32, said.qz as f32, said.qw as f32);
+    if !place.is_finite() || !turn.is_finite() || (turn.length() - 1.0).abs() > 1e-2 {
+        return Err(ReviewError::BadPose { block_id: said.block_id });
+    }
+    Ok((model, Pose::from_parts(place, turn.normalize())))
+}
+
+fn nearest(blocks: &[Recognised], catalog: &Catalog, model: ModelId, pose: &Pose) -> Option<usize> {
+    let centre = pose.transform_point(catalog.get(model).centre);
+    let distance = |b: &Recognised| (b.site_from_block.transform_point(catalog.get(b.model).centre) - centre).length();
+    let (i, off) = blocks.iter().map(distance).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (off <= SAME_PLACE * catalog.get(model).d_box_m).then_some(i)
+}
+
+/// A block on a reviewer's word alone.
+fn kept(said: &ReviewedBlock, block: InstanceId, model: ModelId, pose: Pose) -> Recognised {
+    Recognised {
+        block,
+        model,
+        site_from_block: pose,
+        judgement: Judgement::Accepted,
+        confidence: 1.0,
+        fitness_m: said.fitness_m,
+        runner_up: None,
+        occlusion: said.occlusion,
+        points: Vec::new(),
+        covariance: [0.0; 36],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geom::{Silent, Vec3};
+    use scene::Shape;
+
+    fn catalog() -> Catalog {
+        let model = |name: &str, shape| blocks::shape_model(name, shape, 2300.0).unwrap();
+        Catalog::new(vec![model("tetrapod", Shape::Tetrapod { size: 2.0 }), model("cube", Shape::Cube { size: 1.5 })])
+    }
+
+    fn frame() -> SiteFrame {
+        SiteFrame { origin: [-62000.0, -42000.0, 1.0], ..SiteFrame::default() }
+    }
+
+    fn found(x: f32) -> Recognised {
+        let pose = Pose::from_parts(Vec3::new(x, 0.0, 0.0), Quat::IDENTITY);
+        Recognised {
+            judgement: Judgement::NotJudged,
+            confidence: 0.3,
+            points: vec![1, 2],
+            ..kept(&said(1, Verdict::Accepted, "tetrapod", x), InstanceId(1 + x as u32), ModelId(0), pose)
+        }
+    }
+
+    fn said(block_id: u32, verdict: Verdict, model: &str, x: f32) -> ReviewedBlock {
+        ReviewedBlock {
+            block_id,
+            verdict,
+            model: model.into(),
+            x_m: -62000.0 + f64::from(x),
+            y_m: -42000.0,
+            z_m: 1.0,
+            qw: 1.0,
+            qx: 0.0,
+            qy: 0.0,
+            qz: 0.0,
+            fitness_m: 0.02,
+            occlusion: 0.5,
+            note: String::new(),
+        }
+    }
+
+    #[test]
+    fn decisions_stand() {
+        let (catalog, frame) = (catalog(), frame());
+        let mut blocks = vec![found(0.0), found(3.0), found(6.0)];
+        let review = Review {
+            format: 1,
+            reviewer: "Sato".into(),
+            blocks: vec![
+                said(1, Verdict::Accepted, "tetrapod", 0.1),
+                said(4, Verdict::Rejected, "tetrapod", 3.0),
+                said(7, Verdict::Corrected, "cube", 6.2),
+                said(9, Verdict::Accepted, "tetrapod", 12.0),
+                said(8, Verdict::Rejected, "tetrapod", 20.0),
+            ],
+        };
+        assert_eq!(honour(&review, &catalog, &frame, &mut blocks, &Silent), Ok(4));
+        let seen: Vec<_> =
+            blocks.iter().map(|b| (b.block.0, b.model.0, b.site_from_block.translation.x, b.points.len())).collect();
+        assert_eq!(seen.len(), 3);
+        assert!(
+            seen.iter()
+                .zip([(1, 0, 0.1, 2), (7, 1, 6.2, 2), (8, 0, 12.0, 0)])
+                .all(|(a, b)| (a.0, a.1, a.3) == (b.0, b.1, b.3) && (a.2 - b.2).abs() < 0.01),
+            "{seen:?}"
+        );
+        assert!(blocks.iter().all(|b| b.judgement == Judgement::Accepted && b.confidence == 1.0));
+        // Once more changes nothing.
+        let before = blocks.clone();
+        honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
+        assert_eq!(blocks, before);
+    }
+
+    #[test]
+    fn what_cannot_be_applied_is_named() {
+        let (catalog, frame) = (catalog(), frame());
+        let fails = |format, block: ReviewedBlock| {
+            let review = Review { format, reviewer: String::new(), blocks: vec![block] };
+            honour(&review, &catalog, &frame, &mut Vec::new(), &Silent).unwrap_err().to_string()
+        };
+        assert!(fails(2, said(1, Verdict::Accepted, "cube", 0.0)).contains("format 2"));
+        assert!(fails(1, said(5, Verdict::Accepted, "dolos", 0.0)).contains("block 5 is of type `dolos`"));
+        assert!(
+            fails(1, ReviewedBlock { qw: 0.2, ..said(5, Verdict::Accepted, "cube", 0.0) })
+                .contains("block 5 has a pose")
+        );
+    }
+}
