@@ -183,7 +183,14 @@ fn outlines(input: &ReportInput, chart: &Chart) -> String {
         let (ax, ay) = pixel(input, chart, s.from.extend(0.0));
         let (bx, by) = pixel(input, chart, s.to.extend(0.0));
         let _ = write!(svg, "<path class=\"cut\" d=\"M{ax:.1} {ay:.1}L{bx:.1} {by:.1}\"/>");
-        svg += &s.label.svg(&format!("class=\"cutname\" x=\"{bx:.1}\" y=\"{:.1}\" text-anchor=\"middle\"", by - 3.0));
+        // Along the cut, so that the names of near cuts stand side by side.
+        let turn = (by - ay).atan2(bx - ax).to_degrees();
+        let (turn, anchor) = if turn > 90.0 || turn <= -90.0 { (turn + 180.0, "start") } else { (turn, "end") };
+        let (x, y) = (bx + (ax - bx) * 0.02, by + (ay - by) * 0.02);
+        let at = format!(
+            "class=\"cutname\" transform=\"translate({x:.1} {y:.1}) rotate({turn:.1})\" dy=\"-3\" text-anchor=\"{anchor}\""
+        );
+        svg += &s.label.svg(&at);
     }
     svg
 }
