@@ -7,6 +7,7 @@ pub mod occlusion;
 pub mod packing;
 pub mod pose_error;
 pub mod poses;
+pub mod surface_distance;
 
 mod error;
 
@@ -18,3 +19,4 @@ pub use occlusion::occlusion_rate;
 pub use packing::{expected_blocks, packing_density_per_m2, porosity};
 pub use pose_error::{PoseError, pose_error};
 pub use poses::{PoseCriteria, PoseScore, TrueBlock, score_poses};
+pub use surface_distance::{SurfaceMoments, surface_distance_m};

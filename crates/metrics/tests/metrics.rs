@@ -84,6 +84,28 @@ fn distances_to_two_cubes() {
     assert_eq!(distance[3], f32::INFINITY);
 }
 
+/// Values of `tools/oracle/surface_distance.py`: plain summation over 960,000 surface points.
+#[test]
+fn surface_distance_agrees_with_the_oracle() {
+    let model = cube();
+    let moments = metrics::SurfaceMoments::of(&model.mesh);
+    let turn = |axis: [f32; 3], deg: f32| Quat::from_axis_angle(Vec3::from_array(axis).normalize(), deg.to_radians());
+    let pose = |t: [f32; 3], q: Quat| Pose::from_parts(Vec3::from_array(t), q);
+    let cases = [
+        (pose([0.3, -0.4, 0.0], Quat::IDENTITY), Pose::IDENTITY, 0.5),
+        (pose([0.0; 3], turn([0.0, 0.0, 1.0], 100.0)), Pose::IDENTITY, 2.174_478),
+        (
+            pose([0.1, 0.2, 0.3], turn([1.0, 2.0, 3.0], 40.0)),
+            pose([0.5, 0.0, -0.2], turn([0.0, 1.0, -1.0], 70.0)),
+            2.905_642,
+        ),
+    ];
+    for (a, b, want) in cases {
+        let got = metrics::surface_distance_m(&model, &moments, &a, &b);
+        assert!((got - want).abs() < 1e-3, "{got} for {want}");
+    }
+}
+
 proptest! {
     /// The estimate is compared with R̄G: an equivalent pose has no error, and a turn about the centre shows as itself.
     #[test]

@@ -14,12 +14,25 @@ pub enum Method {
     Ppf,
 }
 
+/// Where a search looks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Places {
+    /// At the segmentation's centres and segments.
+    #[default]
+    Segments,
+    /// In windows sliding over the plan, the baseline of §3.7.
+    Windows,
+}
+
 /// Everything the stage can be told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoseConfig {
     /// Search used on every hypothesis.
     pub method: Method,
+    /// Where it looks.
+    pub places: Places,
     /// Standard deviation of a point, metres; absent: from the sensor's kind.
     pub noise_sd_m: Option<f32>,
     /// Hypotheses compete for the points and are judged two-sidedly; off: one block a segment.
@@ -42,6 +55,7 @@ impl Default for PoseConfig {
     fn default() -> Self {
         Self {
             method: Method::SdfSearch,
+            places: Places::Segments,
             noise_sd_m: None,
             verification: true,
             re_search: true,
@@ -144,6 +158,8 @@ pub struct PpfConfig {
     pub cluster_rotation_rad: f32,
     /// Share of the best vote a pose needs to enter clustering.
     pub vote_threshold: f32,
+    /// Edge of a sliding window, in units of the largest d_box (5 m for blocks of 4 m).
+    pub window: f32,
     /// Clusters refined by ICP.
     pub refined: usize,
     /// Error ICP minimises.
@@ -159,6 +175,7 @@ impl Default for PpfConfig {
             cluster_displacement: 0.12,
             cluster_rotation_rad: 18.0_f32.to_radians(),
             vote_threshold: 0.5,
+            window: 1.25,
             refined: 5,
             icp: IcpError::PointToPlane,
         }
@@ -199,6 +216,7 @@ impl PoseConfig {
             ("ppf.distance_step", p.distance_step, 0.01, 0.5, "must be 0.01 to 0.5"),
             ("ppf.angle_step_rad", p.angle_step_rad, 0.02, 1.6, "must be 0.02 to 1.6"),
             ("ppf.reference_stride", p.reference_stride as f32, 1.0, 1e6, "must be 1 or more"),
+            ("ppf.window", p.window, 0.1, 100.0, "must be 0.1 to 100"),
             ("ppf.refined", p.refined as f32, 1.0, 1e3, "must be 1 or more"),
         ];
         for (key, value, low, high, rule) in rules {

@@ -8,7 +8,6 @@
 use crate::EvidenceConfig;
 use crate::fit::{CentredPose, agreement};
 use crate::measured::Measured;
-use crate::search::fit_point;
 use crate::sight::Seen;
 use crate::template::Template;
 
@@ -58,7 +57,7 @@ pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config:
     measured.grid.for_each_within(at.centre, d_max + reach, |i, p, _| {
         let (d, g) = template.field.at(block_from_site * p);
         if d.abs() < reach {
-            let w = agreement(site_from_block.rotation * g, &fit_point(measured, i)) * (1.0 - (d / reach).powi(2));
+            let w = agreement(site_from_block.rotation * g, &measured.fit_point(i)) * (1.0 - (d / reach).powi(2));
             if w > 0.02 {
                 explained.push((i, w));
             }

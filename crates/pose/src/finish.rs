@@ -7,7 +7,7 @@ use crate::fit::{CentredPose, FitPoint, covariance, fit};
 use crate::measured::Measured;
 use crate::template::Template;
 use crate::types::decide;
-use crate::{EvidenceConfig, PoseConfig};
+use crate::{EvidenceConfig, Method, PoseConfig};
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
 use scene::{InstanceId, Judgement, Recognised, Survey};
@@ -94,7 +94,9 @@ pub fn refine(
     let points = &survey.cloud.position_m;
     let cell = templates.iter().map(|t| t.model.d_max_m).fold(f32::INFINITY, f32::min) * 0.2;
     let grid = PointGrid::new(points, cell.max(f32::MIN_POSITIVE));
-    for round in 0..2 {
+    // The thesis' way ends with ICP.
+    let rounds = if config.method == Method::Ppf && !config.verification { 0 } else { 2 };
+    for round in 0..rounds {
         if round == 1 && config.verification {
             decide(survey, &grid, blocks, pool, templates, measured);
         }

@@ -102,7 +102,7 @@ fn assemble(model: &FitModel, points: &[FitPoint], at: &CentredPose, scale_m: f3
 }
 
 /// Cholesky solution of the damped equations; `None` when they say nothing at all.
-fn solve(a: &[[f32; 6]; 6], b: &[f32; 6], damping: f32) -> Option<[f32; 6]> {
+pub fn solve(a: &[[f32; 6]; 6], b: &[f32; 6], damping: f32) -> Option<[f32; 6]> {
     let trace: f32 = (0..6).map(|i| a[i][i]).sum();
     if !(trace.is_finite() && trace > 1e-9) {
         return None;

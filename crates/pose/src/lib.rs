@@ -21,6 +21,6 @@ mod template;
 mod thesis;
 mod types;
 
-pub use config::{EvidenceConfig, IcpError, Method, PoseConfig, PpfConfig, SearchConfig};
+pub use config::{EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig};
 pub use error::PoseError;
 pub use recognise::recognise;

@@ -3,6 +3,7 @@
 //! Everything the search and the verification ask of the points goes through here, so that a survey of a million
 //! points costs little more than one of a hundred thousand.
 
+use crate::fit::FitPoint;
 use crate::sight::Sight;
 use geom::point_grid::{Thinned, thin};
 use geom::{Bounds, Plane, PointGrid, SeedTree, Vec3, find_plane};
@@ -51,7 +52,9 @@ impl Measured {
         let position: Vec<Vec3> = thinned.kept.iter().map(|&i| all[i as usize]).collect();
         let grid = PointGrid::new(&position, cell_m * 2.0);
         let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward_sensor(p, &survey.sensor_positions)).collect();
-        let radius_m = (2.6 * cell_m).max(3.5 * noise_sd_m).min(0.25 * d_max_m);
+        let point_area_m2 = point_area_of_m2(&position, &grid, cell_m);
+        let spacing_m = point_area_m2.sqrt();
+        let radius_m = (2.6 * cell_m.max(spacing_m)).max(3.5 * noise_sd_m).min(0.3 * d_max_m);
         let normal = if survey.cloud.has_normals() {
             let given = thinned.kept.iter().map(|&i| survey.cloud.normal[i as usize].normalize_or_zero());
             given.zip(&to_sensor).map(|(n, v)| if n.dot(*v) < 0.0 { -n } else { n }).collect()
@@ -59,8 +62,6 @@ impl Measured {
             let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions);
             geom::normals(&position, radius_m, &direction)
         };
-        let point_area_m2 = point_area_of_m2(&position, &grid, cell_m);
-        let spacing_m = point_area_m2.sqrt();
         let everything = PointGrid::new(all, cell_m * 2.0);
         let survey_spacing_m = point_area_of_m2(all, &everything, cell_m).sqrt();
         let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
@@ -78,6 +79,12 @@ impl Measured {
             sight,
             bed,
         }
+    }
+
+    /// A working point as the fit wants it.
+    pub fn fit_point(&self, i: u32) -> FitPoint {
+        let i = i as usize;
+        FitPoint { position: self.position[i], normal: self.normal[i], to_sensor: self.to_sensor[i] }
     }
 
     /// Working points of survey points, each once, ascending.
@@ -98,14 +105,21 @@ pub fn toward_sensor(p: Vec3, sensors: &[Vec3]) -> Vec3 {
 
 /// Median area of a point from the number of neighbours on a disc.
 fn point_area_of_m2(position: &[Vec3], grid: &PointGrid, cell_m: f32) -> f32 {
-    let radius_m = 3.0 * cell_m;
     let step = position.len().div_ceil(500).max(1);
     let mut area: Vec<f32> = position
         .iter()
         .step_by(step)
         .map(|&p| {
-            let mut n = 0.0_f32;
-            grid.for_each_within(p, radius_m, |_, _, _| n += 1.0);
+            let (mut n, mut radius_m) = (0.0_f32, 3.0 * cell_m);
+            // Sparse surveys need a wider disc.
+            for _ in 0..4 {
+                n = 0.0;
+                grid.for_each_within(p, radius_m, |_, _, _| n += 1.0);
+                if n >= 8.0 {
+                    break;
+                }
+                radius_m *= 1.6;
+            }
             std::f32::consts::PI * radius_m * radius_m / n.max(1.0)
         })
         .collect();

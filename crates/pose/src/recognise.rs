@@ -9,7 +9,7 @@ use crate::finish::{Accepted, refine, rivals, statement};
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
-use crate::{Method, PoseConfig, PoseError, leftovers, thesis};
+use crate::{Method, Places, PoseConfig, PoseError, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, InstanceId, Judgement, Recognised, Segmentation, Survey};
@@ -35,7 +35,13 @@ pub fn recognise(
         return Ok(Vec::new());
     }
     let measured = measure(survey, &templates, config, seed)?;
-    let tasks = tasks(segmentation, &measured, catalog.d_max_m());
+    let tasks = match config.places {
+        Places::Segments => tasks(segmentation, &measured, catalog.d_max_m()),
+        Places::Windows => {
+            let largest_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
+            thesis::windows(&measured, config.ppf.window * largest_m)
+        }
+    };
     let mut stage = Stage { templates: &templates, measured: &measured, config, seed, observer };
 
     let mut candidates = stage.candidates(&tasks, 0)?;
@@ -116,7 +122,7 @@ impl Stage<'_> {
                 proposals.extend(propose(task, template, entry, self.measured, &config.search, seed));
             }
             if config.method == Method::Ppf || config.ppf_hypotheses {
-                proposals.extend(thesis::propose(task, template, entry, self.measured, &config.ppf, seed));
+                proposals.extend(thesis::propose(task, template, entry, self.measured, &config.ppf));
             }
         }
         proposals

@@ -46,12 +46,6 @@ impl Template<'_> {
     }
 }
 
-/// A working point as the fit wants it.
-pub fn fit_point(measured: &Measured, i: u32) -> FitPoint {
-    let i = i as usize;
-    FitPoint { position: measured.position[i], normal: measured.normal[i], to_sensor: measured.to_sensor[i] }
-}
-
 /// Fewest points a search makes sense with.
 pub const FEWEST_POINTS: usize = 12;
 
@@ -158,12 +152,12 @@ fn sample(task: &Task, measured: &Measured, count: usize, seed: SeedTree) -> Vec
     let mut rng = seed.rng();
     index.shuffle(&mut rng);
     index.truncate(count);
-    index.into_iter().map(|i| fit_point(measured, i)).collect()
+    index.into_iter().map(|i| measured.fit_point(i)).collect()
 }
 
 /// Working points within a radius, thinned to about `most`.
 pub fn nearby(measured: &Measured, centre: Vec3, radius_m: f32, most: usize) -> Vec<FitPoint> {
     let index = measured.grid.within(centre, radius_m);
     let stride = index.len().div_ceil(most).max(1);
-    index.into_iter().step_by(stride).map(|i| fit_point(measured, i)).collect()
+    index.into_iter().step_by(stride).map(|i| measured.fit_point(i)).collect()
 }

@@ -1,7 +1,8 @@
 //! What is prepared once for each block type: its distance field, even samples of its surface, its rotations.
 
-use crate::{PoseConfig, PoseError, rotation_grid::rotation_grid};
-use geom::{DistanceField, Quat, SeedTree, Vec3};
+use crate::thesis::PairTable;
+use crate::{Method, PoseConfig, PoseError, rotation_grid::rotation_grid};
+use geom::{DistanceField, PointGrid, Quat, SeedTree, Vec3};
 use scene::{BlockModel, Catalog, ModelId};
 
 /// A block type ready to be searched for.
@@ -18,10 +19,26 @@ pub struct Template<'a> {
     pub dense_surface: Vec<(Vec3, Vec3)>,
     /// Area one sample of `surface` stands for, m².
     pub sample_area_m2: f32,
+    /// Point pair features, when they are asked for.
+    pub pairs: Option<PairTable>,
+    /// Sampled surface for ICP, when it is asked for.
+    pub cloud: Option<ModelCloud>,
     /// Starts of the rotation search, one per physical orientation.
     pub rotations: Vec<Quat>,
 }
 
+/// A model as the points ICP pairs with, block coordinates.
+pub struct ModelCloud {
+    /// Points and outward normals.
+    pub points: Vec<(Vec3, Vec3)>,
+    /// Who is near a place.
+    pub grid: PointGrid,
+}
+
+/// Points whose pairs are hashed.
+const PAIR_POINTS: usize = 300;
+/// Points of a [`ModelCloud`].
+const CLOUD: usize = 4000;
 /// Samples that tell types apart.
 const DENSE: usize = 8000;
 
@@ -51,9 +68,19 @@ fn template<'a>(
     let field = DistanceField::new(&model.mesh, config.search.field_cells, margin_m).map_err(named)?;
     let surface = even_surface(model, config.evidence.surface_samples, seed.child("surface", u64::from(id.0)));
     let dense_surface = model.mesh.sample_surface(dense, &mut seed.child("dense", u64::from(id.0)).rng());
+    let thesis = config.method == Method::Ppf || config.ppf_hypotheses;
+    let pairs = thesis.then(|| {
+        let few = even_surface(model, PAIR_POINTS, seed.child("pairs", u64::from(id.0)));
+        PairTable::new(few, 2.0 * model.d_max_m, &config.ppf)
+    });
+    let cloud = thesis.then(|| {
+        let points = model.mesh.sample_surface(CLOUD, &mut seed.child("cloud", u64::from(id.0)).rng());
+        let position: Vec<Vec3> = points.iter().map(|p| p.0).collect();
+        ModelCloud { grid: PointGrid::new(&position, 0.08 * model.d_max_m), points }
+    });
     let sample_area_m2 = model.mesh.area_m2() / surface.len().max(1) as f32;
     let rotations = rotation_grid(&model.symmetry, config.search.rotation_spacing_rad, config.search.max_rotations);
-    Ok(Template { id, model, field, surface, dense_surface, sample_area_m2, rotations })
+    Ok(Template { id, model, field, surface, dense_surface, sample_area_m2, pairs, cloud, rotations })
 }
 
 /// Surface samples thinned from a dense draw by farthest-first order, so that no leg is short of them.

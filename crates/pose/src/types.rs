@@ -41,8 +41,9 @@ pub fn decide(
             .into_iter()
             .map(|(t, at)| {
                 let sd = measured.noise_sd_m.max(0.3 * templates[t].field.cell_m());
-                let at =
-                    fit(&templates[t].fit_model(), &points, at, &[4.0 * sd, 3.0 * sd, 2.0 * sd, 2.0 * sd, 2.0 * sd]).0;
+                // Sizes a few per cent apart start several centimetres off.
+                let wide = (4.0 * sd).max(0.08 * templates[t].model.d_max_m);
+                let at = fit(&templates[t].fit_model(), &points, at, &[wide, 4.0 * sd, 3.0 * sd, 2.0 * sd, 2.0 * sd]).0;
                 (case.charge(t, &at, &points, each), t, at)
             })
             .collect();
@@ -137,7 +138,12 @@ impl Case<'_> {
             let (p, n) = (site_from_block * p, site_from_block.rotation * n);
             let seen = matches!(self.measured.sight.of_surface(p, n, margin), Some(Seen::Here | Seen::Through));
             let facing = n.dot(toward_sensor(p, &self.survey.sensor_positions));
-            if facing < 0.0 || (facing > 0.3 && !seen) || self.buried(p) {
+            if self.buried(p) {
+                // Two solids cannot share a place: charged like surface that ought to be seen and is not.
+                plain_m2 += area_m2;
+                continue;
+            }
+            if facing < 0.0 || (facing > 0.3 && !seen) {
                 continue;
             }
             // Steep faces are measured thinly or not at all: they may explain points but owe none.
@@ -168,13 +174,14 @@ impl Case<'_> {
         density * plain_m2 - explained * each
     }
 
-    /// Whether a place lies in an accepted neighbour, where nobody can look.
+    /// Whether a place lies inside an accepted neighbour, deeper than poses err.
     fn buried(&self, p: Vec3) -> bool {
         self.neighbours.iter().enumerate().any(|(n, (t, at))| {
             let template = &self.templates[*t];
             n != self.entry
                 && (at.centre - p).length() < template.model.d_max_m
-                && template.field.distance_m(at.pose(template.model.centre).inverse() * p) < 0.0
+                && template.field.distance_m(at.pose(template.model.centre).inverse() * p)
+                    < -(1.5 * self.measured.noise_sd_m).max(0.01 * template.model.d_max_m)
         })
     }
 }

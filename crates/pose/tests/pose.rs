@@ -1,0 +1,230 @@
+//! The stage on small synthetic piles, and on input no pile ever gave.
+
+use geom::{PointCloud, Pose, Quat, SeedTree, Silent, Vec3};
+use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
+use pose::{Method, Places, PoseConfig, PoseError, recognise};
+use proptest::prelude::*;
+use scene::{
+    BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Judgement, Recognised, Segmentation, SensorKind, Shape, Survey,
+};
+use synth::{Recipe, SynthScene};
+
+fn catalog(shapes: &[Shape]) -> Catalog {
+    let spec = |(i, &shape): (usize, &Shape)| BlockSpec {
+        name: format!("block {i}"),
+        shape: Some(shape),
+        mesh: None,
+        unit: None,
+        density_kg_m3: 2300.0,
+    };
+    let block = shapes.iter().enumerate().map(spec).collect();
+    blocks::catalog(&CatalogSpec { block }, &|_| Err("no files in tests".into())).unwrap()
+}
+
+fn pile(catalog: &Catalog, noise_sd_m: f32, seed: u64) -> SynthScene {
+    let recipe = Recipe::parse(&format!(
+        "name = \"test\"\ncount = [8, 10]\ndensity_per_m2 = 400\nsite = {{ kind = \"pen\", side_blocks = 3.0 }}\n\
+         [sensor]\nkind = \"gaussian\"\nnoise_sd_m = {noise_sd_m}\nmeasured_as = \"{}\"",
+        if noise_sd_m > 0.02 { "mbes" } else { "uav" }
+    ));
+    synth::scene(&recipe.unwrap(), catalog, SeedTree::new(seed)).unwrap()
+}
+
+/// True segments; centres as far off as a network's.
+fn segments(made: &SynthScene, catalog: &Catalog) -> Segmentation {
+    let d = catalog.d_max_m();
+    let hypotheses: Vec<CentreHypothesis> = made
+        .scene
+        .blocks
+        .iter()
+        .enumerate()
+        .map(|(k, b)| {
+            let off = Quat::from_rotation_z(k as f32) * Vec3::new(0.12, 0.0, 0.08) * d;
+            let id = b.block.0;
+            let points = (0..made.instance.len() as u32).filter(|&i| made.instance[i as usize] == id).collect();
+            CentreHypothesis { centre: b.site_from_block * catalog.get(b.model).centre + off, score: 1.0, points }
+        })
+        .collect();
+    Segmentation {
+        instance: made.instance.clone(),
+        confidence: vec![1.0; made.instance.len()],
+        instances: hypotheses.len(),
+        hypotheses,
+    }
+}
+
+fn nothing_known(points: usize) -> Segmentation {
+    Segmentation { instance: vec![0; points], confidence: vec![0.0; points], ..Default::default() }
+}
+
+fn judge(made: &SynthScene, found: &[Recognised], catalog: &Catalog) -> PoseScore {
+    let pairs = made.scene.blocks.iter().zip(&made.occlusion);
+    let truths: Vec<TrueBlock> = pairs.map(|(&placed, &occlusion)| TrueBlock { placed, occlusion }).collect();
+    score_poses(found, &truths, catalog, &PoseCriteria::default())
+}
+
+fn run(made: &SynthScene, segmentation: &Segmentation, catalog: &Catalog, config: &PoseConfig) -> Vec<Recognised> {
+    recognise(&made.survey, segmentation, catalog, config, SeedTree::new(3), &Silent).unwrap()
+}
+
+#[test]
+fn finds_every_visible_block_of_a_pile() {
+    for (shape, noise_sd_m) in [
+        (Shape::Tetrapod { size: 2.0 }, 0.01),
+        (Shape::Tetrapod { size: 2.0 }, 0.03),
+        (Shape::Cube { size: 1.6 }, 0.03),
+    ] {
+        let catalog = catalog(&[shape]);
+        let made = pile(&catalog, noise_sd_m, 11);
+        let found = run(&made, &segments(&made, &catalog), &catalog, &PoseConfig::default());
+        let score = judge(&made, &found, &catalog);
+        assert!(score.counts.true_positives >= 4, "{shape:?}: {score:?}");
+        assert_eq!((score.counts.false_positives, score.counts.false_negatives), (0, 0), "{shape:?}: {score:?}");
+        assert!(score.mean_displacement_m().unwrap() < 0.02, "{shape:?}: {score:?}");
+        assert!(score.mean_rotation_rad().unwrap().to_degrees() < 0.8, "{shape:?}: {score:?}");
+    }
+}
+
+#[test]
+fn leftovers_alone_find_blocks_no_network_saw() {
+    let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
+    let made = pile(&catalog, 0.01, 12);
+    let unknown = nothing_known(made.instance.len());
+    let score = judge(&made, &run(&made, &unknown, &catalog, &PoseConfig::default()), &catalog);
+    assert_eq!((score.counts.false_positives, score.counts.false_negatives), (0, 0), "{score:?}");
+    let blind = PoseConfig { re_search: false, ..Default::default() };
+    assert!(run(&made, &unknown, &catalog, &blind).is_empty());
+}
+
+#[test]
+fn sizes_six_per_cent_apart_are_told_apart() {
+    let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }, Shape::Tetrapod { size: 2.12 }]);
+    let made = pile(&catalog, 0.03, 13);
+    let found = run(&made, &segments(&made, &catalog), &catalog, &PoseConfig::default());
+    let score = judge(&made, &found, &catalog);
+    assert_eq!(score.counts.false_negatives, 0, "{score:?}");
+    assert_eq!(score.types_right, score.counts.true_positives, "{score:?}");
+    assert!(found.iter().filter(|r| r.judgement == Judgement::Accepted).all(|r| r.runner_up.is_some()));
+}
+
+#[test]
+fn the_thesis_way_works_on_true_segments_and_in_windows() {
+    let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
+    let made = pile(&catalog, 0.01, 14);
+    let thesis = PoseConfig { method: Method::Ppf, verification: false, re_search: false, ..Default::default() };
+    let score = judge(&made, &run(&made, &segments(&made, &catalog), &catalog, &thesis), &catalog);
+    assert!(score.counts.recall().unwrap() >= 0.7, "{score:?}");
+    let windows = PoseConfig { places: Places::Windows, ..thesis };
+    let found = run(&made, &nothing_known(made.instance.len()), &catalog, &windows);
+    assert!(!found.is_empty());
+}
+
+#[test]
+fn the_same_at_any_number_of_threads_and_canonical() {
+    let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
+    let made = pile(&catalog, 0.03, 15);
+    let segmentation = segments(&made, &catalog);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&made, &segmentation, &catalog, &PoseConfig::default()))
+    };
+    let found = with(1);
+    assert_eq!(found, with(3));
+    for (n, block) in found.iter().enumerate() {
+        assert_eq!(block.block.0 as usize, n + 1);
+        let group = &catalog.get(block.model).symmetry;
+        let again = group.canonical(&block.site_from_block);
+        assert!(again.rotation.angle_between(block.site_from_block.rotation) < 1e-3);
+        assert!((again.translation - block.site_from_block.translation).length() < 1e-4);
+        assert!(block.points.is_sorted());
+    }
+}
+
+#[test]
+fn wrong_input_is_named() {
+    let catalog = catalog(&[Shape::Cube { size: 1.0 }]);
+    let survey = |points: Vec<Vec3>| Survey { cloud: PointCloud::from_positions(points), ..Default::default() };
+    let floor: Vec<Vec3> = (0..100).map(|i| Vec3::new((i % 10) as f32, (i / 10) as f32, 0.0)).collect();
+    let go = |survey: &Survey, segmentation: &Segmentation, catalog: &Catalog, config: &PoseConfig| {
+        recognise(survey, segmentation, catalog, config, SeedTree::new(1), &Silent)
+    };
+    let (ok, known) = (PoseConfig::default(), nothing_known(100));
+    let s = survey(floor.clone());
+    assert_eq!(go(&s, &known, &Catalog::default(), &ok), Err(PoseError::NoModels));
+    assert_eq!(go(&s, &nothing_known(3), &catalog, &ok), Err(PoseError::LabelCount { labels: 3, points: 100 }));
+    let mut bad = nothing_known(100);
+    bad.hypotheses.push(CentreHypothesis { centre: Vec3::ZERO, score: 1.0, points: vec![100] });
+    assert_eq!(go(&s, &bad, &catalog, &ok), Err(PoseError::BadPoint { hypothesis: 0, point: 100, points: 100 }));
+    let mut holed = floor.clone();
+    holed[7].y = f32::NAN;
+    assert_eq!(go(&survey(holed), &known, &catalog, &ok), Err(PoseError::NotFinite { point: 7 }));
+    let millimetres = survey(floor.iter().map(|p| *p * 1e-3).collect());
+    assert!(matches!(go(&millimetres, &known, &catalog, &ok), Err(PoseError::WrongScale { .. })));
+    let config = PoseConfig { noise_sd_m: Some(0.0), ..Default::default() };
+    assert!(matches!(go(&s, &known, &catalog, &config), Err(PoseError::BadConfig { key: "noise_sd_m", .. })));
+    assert_eq!(go(&survey(Vec::new()), &nothing_known(0), &catalog, &ok), Ok(Vec::new()));
+}
+
+fn one_segment(points: Vec<Vec3>, centre: Vec3) -> (Survey, Segmentation) {
+    let n = points.len();
+    let hypothesis = CentreHypothesis { centre, score: 1.0, points: (0..n as u32).collect() };
+    let segmentation =
+        Segmentation { instance: vec![1; n], confidence: vec![1.0; n], hypotheses: vec![hypothesis], instances: 1 };
+    let cloud = PointCloud::from_positions(points);
+    (Survey { cloud, sensor: SensorKind::Uav, ..Default::default() }, segmentation)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10))]
+
+    /// A plane, a line or a handful of points: never a panic, never a block that is sure.
+    #[test]
+    fn thin_evidence_is_not_judged(kind in 0_usize..4, tilt in 0.0_f32..1.2, n in 3_usize..400, seed in 0_u64..1000) {
+        let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
+        let turn = Quat::from_rotation_x(tilt) * Quat::from_rotation_z(seed as f32);
+        let at = |i: usize| {
+            let r = |k: f64| ((i + 1) as f64 * k).fract() as f32 - 0.5;
+            turn * match kind {
+                0 => Vec3::new(r(0.754_877) * 1.5, r(0.569_840) * 1.5, 0.0),
+                1 => Vec3::new(r(0.618_034) * 3.0, 0.0, 0.0),
+                2 => Vec3::ZERO,
+                _ => Vec3::new(r(0.754_877), r(0.569_840), r(0.618_034)) * 0.2,
+            }
+        };
+        let (survey, segmentation) = one_segment((0..n).map(at).collect(), Vec3::NEG_Z * 0.3);
+        match recognise(&survey, &segmentation, &catalog, &PoseConfig::default(), SeedTree::new(seed), &Silent) {
+            Ok(found) => for block in found {
+                prop_assert!(block.judgement == Judgement::NotJudged || block.confidence < 0.9, "{:?}", block);
+                prop_assert!(block.site_from_block.rotation.is_finite() && block.confidence.is_finite());
+            },
+            Err(PoseError::WrongScale { .. }) => prop_assert!(kind >= 1),
+            Err(e) => prop_assert!(false, "{e}"),
+        }
+    }
+
+    /// Sixty points of a lone block are enough, wherever it is.
+    #[test]
+    fn sixty_points_are_enough(
+        axis in prop::array::uniform3(-1.0_f32..1.0), angle in 0.0_f32..3.1, place in prop::array::uniform3(-50.0_f32..50.0),
+    ) {
+        let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
+        let model = catalog.iter().next().unwrap().1;
+        let axis = Vec3::from_array(axis).try_normalize().unwrap_or(Vec3::X);
+        let truth = Pose::from_parts(Vec3::from_array(place), Quat::from_axis_angle(axis, angle));
+        let query = geom::MeshQuery::new(&model.mesh).unwrap();
+        let seen = |p: Vec3| {
+            let from = truth.inverse() * (p + Vec3::Z * 10.0);
+            let down = truth.rotation.inverse() * Vec3::NEG_Z;
+            query.cast_ray(from, down, 20.0).is_some_and(|h| (h.distance_m - 10.0).abs() < 0.01)
+        };
+        let all = model.mesh.sample_surface(400, &mut SeedTree::new(5).rng());
+        let points: Vec<Vec3> = all.iter().map(|s| truth * s.0).filter(|p| seen(*p)).take(60).collect();
+        prop_assume!(points.len() == 60);
+        let (survey, segmentation) = one_segment(points, truth * model.centre + Vec3::new(0.1, 0.1, 0.1));
+        let config = PoseConfig::default();
+        let found = recognise(&survey, &segmentation, &catalog, &config, SeedTree::new(2), &Silent).unwrap();
+        prop_assert!(!found.is_empty());
+        let error = metrics::pose_error(model, &found[0].site_from_block, model, &truth);
+        prop_assert!(error.displacement_m < 0.1 && error.rotation_rad < 0.1, "{:?} {:?}", error, found[0].judgement);
+    }
+}
