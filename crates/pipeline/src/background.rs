@@ -1,13 +1,11 @@
-//! A depth camera sees the bin too: its floor and what lies below or outside go before the network.
+//! A depth camera sees the bin too: its floor and walls, and what lies beyond them, go before the network.
 
-use geom::plane::find_plane;
+use geom::plane::find_walls;
 use geom::{Event, Observer, SeedTree, Vec3};
 use scene::{Catalog, Recognised, Segmentation, SensorKind, Survey};
 
-/// A floor thicker than this part of the smallest d_max would eat into the parts.
-const FLOOR_THICKNESS: f32 = 0.08;
-/// The floor must hold this share of the points, or there is none in view.
-const LEAST_SHARE: f32 = 0.05;
+/// How far from a wall's plane points are still of the wall, in units of the smallest d_max.
+const WALL_THICKNESS: f32 = 0.08;
 
 /// The part of a survey that can hold blocks.
 pub struct Foreground {
@@ -19,7 +17,7 @@ pub struct Foreground {
 }
 
 impl Foreground {
-    /// Removes the bin's floor from a depth camera's cloud; other surveys stay whole, their bed matters.
+    /// Removes the bin from a depth camera's cloud; other surveys stay whole, their bed matters.
     pub fn of(survey: &Survey, catalog: &Catalog, seed: SeedTree, observer: &dyn Observer) -> Self {
         let whole = survey.cloud.len();
         let smallest_m = catalog.iter().map(|(_, m)| m.d_max_m).fold(f32::INFINITY, f32::min);
@@ -27,25 +25,20 @@ impl Foreground {
         if survey.sensor != SensorKind::DepthCamera || catalog.is_empty() {
             return everything();
         }
-        let thickness_m = FLOOR_THICKNESS * smallest_m;
+        let thickness_m = WALL_THICKNESS * smallest_m;
         let points = &survey.cloud.position_m;
-        let Some((plane, count)) = find_plane(points, thickness_m, None, seed) else { return everything() };
-        if (count as f32) < LEAST_SHARE * whole as f32 {
+        let walls = find_walls(points, thickness_m, seed);
+        if walls.is_empty() {
             return everything();
         }
-        let eye = survey.sensor_positions.first().copied().unwrap_or_else(|| survey.cloud.bounds().max + Vec3::Z);
-        let centre = survey.cloud.bounds().centre();
-        let plane = plane.facing(eye - centre);
-        let index: Vec<u32> =
-            (0..whole as u32).filter(|&i| plane.distance_m(points[i as usize]) > thickness_m).collect();
+        let inside = |p: Vec3| walls.iter().all(|wall| wall.distance_m(p) > thickness_m);
+        let index: Vec<u32> = (0..whole as u32).filter(|&i| inside(points[i as usize])).collect();
         observer.event(Event::Noted {
             stage: "segment",
             message: format!(
-                "bin floor removed: {} of {whole} points left (plane normal {:.2} {:.2} {:.2})",
-                index.len(),
-                plane.normal.x,
-                plane.normal.y,
-                plane.normal.z
+                "floor and walls of the bin removed: {} planes, {} of {whole} points left",
+                walls.len(),
+                index.len()
             ),
         });
         let select: Vec<usize> = index.iter().map(|&i| i as usize).collect();

@@ -77,7 +77,8 @@ fn round_origin(low: DVec3, high: DVec3) -> DVec3 {
 
 fn noisiest(raw: &[RawSurvey]) -> SensorKind {
     let noise = |kind: SensorKind| kind.noise_sd_m(0.0);
-    raw.iter().map(|r| r.sensor).fold(SensorKind::default(), |a, b| if noise(b) >= noise(a) { b } else { a })
+    let noisier = |a: SensorKind, b: SensorKind| if noise(b) > noise(a) { b } else { a };
+    raw.iter().map(|r| r.sensor).reduce(noisier).unwrap_or_default()
 }
 
 /// Refuses a catalogue whose blocks cannot be in this cloud: a wrong unit is the usual reason.
@@ -147,6 +148,16 @@ mod tests {
             local_survey(&[raw(&[[-98_765.0, 43_210.0, 3.0]])], AxisOrder::NorthEast, "EPSG:6679", "").unwrap();
         let back = survey.frame.site_from_local(survey.cloud.position_m[0]);
         assert!((back - DVec3::new(43_210.0, -98_765.0, 3.5)).length() < 1e-5);
+    }
+
+    #[test]
+    fn a_single_survey_keeps_its_sensor() {
+        for sensor in [SensorKind::Uav, SensorKind::Mbes, SensorKind::DepthCamera] {
+            let one = RawSurvey { sensor, ..raw(&[[1.0, 2.0, 3.0]]) };
+            assert_eq!(local_survey(&[one], AxisOrder::EastNorth, "", "").unwrap().sensor, sensor);
+        }
+        let both = [RawSurvey { sensor: SensorKind::Mbes, ..raw(&[[0.0; 3]]) }, raw(&[[1.0; 3]])];
+        assert_eq!(local_survey(&both, AxisOrder::EastNorth, "", "").unwrap().sensor, SensorKind::Mbes);
     }
 
     #[test]
