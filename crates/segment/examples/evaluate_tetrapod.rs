@@ -1,4 +1,4 @@
-//! Judges a model on piles never trained on: `evaluate_tetrapod MODEL [SCENES] [votes|embedding] [SCORES.csv]`.
+//! Judges a model on piles never trained on: `evaluate_tetrapod MODEL [SCENES] [votes|embedding] [SCORES.csv] [SEED]`.
 //! The CSV gets every hypothesis' score, distance to the nearest true centre (d_max) and that block's occlusion.
 
 mod piles;
@@ -34,7 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => Clustering::Votes,
     };
     let config = SegmentConfig { clustering, ..Default::default() };
-    let root = SeedTree::new(777_000);
+    let seed = args.get(5).map_or(Ok(777_000), |s| s.parse())?;
+    let root = SeedTree::new(seed);
     let mut sums = [Sums::default(), Sums::default()];
     let mut csv = String::from("scene,sensor,score,points,distance,occlusion\n");
     for index in 0..count {

@@ -270,9 +270,9 @@ fn confidence(density: f32) -> f32 {
 }
 
 /// Vote density at which half of the hypotheses are right.
-const DENSITY_AT_HALF: f32 = 17.0;
+const DENSITY_AT_HALF: f32 = 17.5;
 /// Steepness per e-fold of density.
-const SLOPE: f32 = 1.85;
+const SLOPE: f32 = 2.13;
 
 fn by_embedding(run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
     let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
