@@ -119,7 +119,8 @@ pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), Io
         "binary" => header.stride as u64,
         _ => 0,
     };
-    let at_most = if least > 0 { (left + 1) / least } else { left.saturating_mul(UNFOLDS) / header.stride as u64 };
+    let unfolded = left.saturating_mul(UNFOLDS) / header.stride as u64;
+    let at_most = (left + 1).checked_div(least).unwrap_or(unfolded);
     if header.points > at_most {
         let (path, file_bytes) = (input.path.into(), input.len);
         return Err(IoError::TooMany { path, what: "points", promised: header.points, at_most, file_bytes });

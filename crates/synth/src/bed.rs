@@ -59,9 +59,12 @@ pub(crate) fn bed(bed: &Bed, resolved: &Resolved, seed: SeedTree) -> Ground {
     Ground::Grid { origin, cell_m, nx, z_m }
 }
 
+/// Position of a node of the bed by column and row.
+type Node<'a> = Box<dyn Fn(usize, usize) -> Vec3 + 'a>;
+
 /// The ground inside the site as triangles facing up.
 pub(crate) fn bed_mesh(ground: &Ground, size_m: [f32; 2]) -> TriMesh {
-    let (columns, rows, node): (usize, usize, Box<dyn Fn(usize, usize) -> Vec3>) = match ground {
+    let (columns, rows, node): (usize, usize, Node) = match ground {
         Ground::Level { .. } | Ground::Plane { .. } => {
             let corner = move |i: usize, j: usize| {
                 let (x, y) = ((i as f32 - 0.5) * size_m[0], (j as f32 - 0.5) * size_m[1]);

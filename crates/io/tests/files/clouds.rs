@@ -8,7 +8,7 @@ use proptest::prelude::*;
 pub fn sample(n: usize) -> RawCloud {
     let at = |i: usize| {
         let t = i as f64;
-        DVec3::new(-35_678.1234 + (t * 0.37).sin() * 40.0, -12_345.6789 + t * 0.001, 2.5 + (t * 0.11).cos())
+        DVec3::new(-35678.1234 + (t * 0.37).sin() * 40.0, -12345.6789 + t * 0.001, 2.5 + (t * 0.11).cos())
     };
     RawCloud {
         position: (0..n).map(at).collect(),

@@ -74,7 +74,7 @@ pub fn pcd(data: &str) -> Vec<u8> {
             let mut packed = literals(&columns[..start + 3]);
             let mut left = 3 * points - 3;
             while left > 0 {
-                let length = left.min(264).max(3);
+                let length = left.clamp(3, 264);
                 left -= length;
                 packed.extend([0xe0, (length - 2 - 7) as u8, 2]); // back 3 bytes
             }

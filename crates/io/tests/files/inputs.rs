@@ -87,7 +87,8 @@ fn a_copc_is_read_whole_and_in_part() {
         let mut found: Vec<_> =
             points::read_box(&path, low, high, &Silent).unwrap().position.iter().map(|p| p.to_array()).collect();
         let order = |a: &[f64; 3], b: &[f64; 3]| a.partial_cmp(b).unwrap();
-        (expected.sort_by(order), found.sort_by(order));
+        expected.sort_by(order);
+        found.sort_by(order);
         assert_eq!(found, expected);
         found.len()
     };

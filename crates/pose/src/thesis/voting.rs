@@ -49,7 +49,7 @@ pub fn vote(scene: &[FitPoint], table: &PairTable, template: &Template, config: 
             voted.push(Voted { votes, at });
         }
     }
-    voted.sort_by(|a, b| b.votes.cmp(&a.votes));
+    voted.sort_by_key(|v| std::cmp::Reverse(v.votes));
     voted
 }
 
@@ -96,7 +96,7 @@ fn mean(members: &[CentredPose], template: &Template) -> CentredPose {
             .max_by(|a, b| a.dot(first).abs().total_cmp(&b.dot(first).abs()))
             .expect("a group has at least the identity");
         let near = if near.dot(first) < 0.0 { -near } else { near };
-        sum = sum + near.as_dquat();
+        sum += near.as_dquat();
     }
     let centre = members.iter().map(|m| m.centre).sum::<Vec3>() / members.len() as f32;
     CentredPose { rotation: sum.normalize().as_quat(), centre }
