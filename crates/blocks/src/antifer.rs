@@ -1,7 +1,7 @@
 //! The Antifer cube: a block tapered from bottom to top with a groove along the middle of each side.
 //!
-//! Proportions as published with the block (bottom edge A = 1.086 H, top edge B = 1.005 H, V = 1.0247 H³;
-//! Günbak 1996 and the handbooks after it). The depth of the grooves follows from the volume: half-hexagons
+//! Proportions as published with the block (bottom edge A = 1.086 H, top edge B = 1.005 H, V = 1.0247 H³).
+//! The depth of the grooves follows from the volume: half-hexagons
 //! that take out what the plain frustum has too much.
 
 use geom::{TriMesh, Vec3};

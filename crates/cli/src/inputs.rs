@@ -19,6 +19,9 @@ pub fn models(spec: &CatalogSpec, file: &Path, observer: &dyn Observer) -> Resul
     let load = io::site::mesh_loader(file);
     let catalog =
         blocks::catalog(spec, &load).map_err(|e| Exit::bad_input(anyhow!(e).context(file.display().to_string())))?;
+    for warning in blocks::warnings(&catalog) {
+        observer.event(Event::Warned(warning));
+    }
     for (_, model) in catalog.iter() {
         observer.event(Event::Noted { stage: "catalogue", message: describe(model) });
     }
