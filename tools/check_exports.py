@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Opens every export with a reader that is not ours and holds them against each other.
 
-    python3 -m venv /tmp/venv && /tmp/venv/bin/pip install laspy lazrs pyproj ezdxf ifcopenshell rasterio pyogrio \
+    python3 -m venv .venv && .venv/bin/pip install laspy lazrs pyproj ezdxf ifcopenshell rasterio pyogrio \
         trimesh scipy pygltflib lxml plyfile pytest
-    cargo run --release -p tsumu-io --example exports -- /tmp/exports
-    /tmp/venv/bin/python tools/check_exports.py /tmp/exports
+    cargo run --release -p tsumu-io --example exports -- exports
+    .venv/bin/python tools/check_exports.py exports
 
 The block corners from DXF (ezdxf), GLB (trimesh) and IFC (ifcopenshell) must be the same places; positions, counts,
 CRS and columns must be those of the sample in crates/io/tests/files/sample.rs.

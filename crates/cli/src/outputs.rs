@@ -18,6 +18,11 @@ pub fn write_json(path: &Path, value: &Value) -> Result<(), IoError> {
     io::atomic::write_bytes(path, text.as_bytes())
 }
 
+/// A value as JSON with the fewest digits that say it: an f32 of 0.1 is 0.1, not 0.10000000149.
+pub fn short_digits(value: &impl serde::Serialize) -> Result<Value, serde_json::Error> {
+    serde_json::from_str(&serde_json::to_string(value)?)
+}
+
 /// Site coordinates of a survey's points, with its CRS.
 fn site_cloud(survey: &Survey) -> RawCloud {
     let position: Vec<DVec3> = survey.cloud.position_m.iter().map(|&p| survey.frame.site_from_local(p)).collect();
@@ -78,7 +83,7 @@ pub fn recognise_summary(survey: &Survey, recognition: &Recognition, catalog: &C
         "recognised_blocks": count(Judgement::Accepted),
         "recognised_by_type": by_type,
         "not_judged_blocks": count(Judgement::NotJudged),
-        "fitting_threshold_m": threshold_m,
+        "fitting_threshold_m": (f64::from(threshold_m) * 1e6).round() / 1e6,
         "fitting_error_m": all.error_m,
         "matching_rate": all.matching_rate,
         "explained_points": on_blocks.len(),
@@ -119,7 +124,7 @@ pub fn write_plan(run: &RunFolder, works: &Works, plan: &Plan, range: Option<Val
     let rows: Vec<_> =
         plan.placements.iter().chain(&plan.removed).map(|p| PlacementRow::of(p, works.catalog, frame)).collect();
     io::placements_csv::write(&run.placements(), &rows)?;
-    let mut summary = serde_json::to_value(plan.summary)?;
+    let mut summary = short_digits(&plan.summary)?;
     if let Some(range) = range {
         summary["count_range"] = range;
     }

@@ -175,14 +175,15 @@ pub fn range(
         return Ok(None);
     }
     let found = pipeline::count_range(works, pile, config, seed, terminal)?;
+    let short = |v: f32| v.to_string().parse::<f64>().unwrap_or(f64::NAN);
     Ok(Some(json!({
         "plans": found.cases.len(),
-        "p10": found.blocks.p10,
-        "p50": found.blocks.p50,
-        "p90": found.blocks.p90,
-        "by_layers": found.by_layers,
-        "by_volume": found.by_volume,
-        "by_own_porosity": found.by_own_porosity,
+        "p10": short(found.blocks.p10),
+        "p50": short(found.blocks.p50),
+        "p90": short(found.blocks.p90),
+        "by_layers": short(found.by_layers),
+        "by_volume": short(found.by_volume),
+        "by_own_porosity": short(found.by_own_porosity),
     })))
 }
 
