@@ -4,8 +4,12 @@ use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
 use anyhow::{Context, anyhow};
 use geom::{DVec3, Event, Observer};
+use io::blocks_csv::BlockRow;
 use pipeline::survey::{RawSurvey, local_survey};
-use scene::{AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec, SensorKind, Survey};
+use scene::{
+    AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec, InstanceId, Judgement, Recognised,
+    SensorKind, SiteFrame, Survey,
+};
 use std::path::{Path, PathBuf};
 
 /// Reads `catalog.toml` and the meshes it names.
@@ -133,5 +137,31 @@ pub fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
             let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
             Ground::Plane { point: survey.frame.local_from_site(point), normal }
         }
+    })
+}
+
+/// A row of `blocks.csv` or `truth.csv` as a block; what the row does not say is taken as certain and unhidden.
+pub fn recognised(row: &BlockRow, catalog: &Catalog, frame: &SiteFrame, file: &Path) -> Result<Recognised, Exit> {
+    let model = catalog.find(&row.model).ok_or_else(|| {
+        let known: Vec<_> = catalog.iter().map(|(_, m)| m.name.as_str()).collect();
+        Exit::bad_input(anyhow!(
+            "{}: block {} is a `{}`, but the catalogue has {}",
+            file.display(),
+            row.block_id,
+            row.model,
+            known.join(", ")
+        ))
+    })?;
+    Ok(Recognised {
+        block: InstanceId(row.block_id),
+        model,
+        site_from_block: row.pose.local(frame),
+        judgement: Judgement::Accepted,
+        confidence: row.confidence.unwrap_or(1.0) as f32,
+        fitness_m: row.fitness_m.unwrap_or(0.0) as f32,
+        runner_up: None,
+        occlusion: row.occlusion.unwrap_or(0.0) as f32,
+        points: Vec::new(),
+        covariance: [0.0; 36],
     })
 }

@@ -52,11 +52,8 @@ pub fn recognise(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Recognition, PipelineError> {
-    survey::check_scale(survey, catalog)?;
-    let foreground = Foreground::of(survey, catalog, seed.child("background", 0), observer);
+    let (foreground, segmentation) = segmented(survey, catalog, model, config, seed, observer)?;
     let part = &foreground.survey;
-    let segmentation =
-        segment::segment(&part.cloud, catalog, model, &config.segment, seed.child("segment", 0), observer)?;
     let blocks = pose::recognise(part, &segmentation, catalog, &config.pose, seed.child("pose", 0), observer)?;
     Ok(foreground.whole(segmentation, blocks))
 }
@@ -70,11 +67,24 @@ pub fn segment_survey(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Segmentation, PipelineError> {
+    let (foreground, segmentation) = segmented(survey, catalog, model, config, seed, observer)?;
+    Ok(foreground.whole(segmentation, Vec::new()).segmentation)
+}
+
+/// The part of a survey that can hold blocks, and its instances.
+fn segmented(
+    survey: &Survey,
+    catalog: &Catalog,
+    model: &SegmentModel,
+    config: &Config,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<(Foreground, Segmentation), PipelineError> {
     survey::check_scale(survey, catalog)?;
     let foreground = Foreground::of(survey, catalog, seed.child("background", 0), observer);
     let cloud = &foreground.survey.cloud;
     let segmentation = segment::segment(cloud, catalog, model, &config.segment, seed.child("segment", 0), observer)?;
-    Ok(foreground.whole(segmentation, Vec::new()).segmentation)
+    Ok((foreground, segmentation))
 }
 
 /// What the works are planned on.

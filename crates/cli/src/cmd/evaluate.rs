@@ -7,7 +7,7 @@ use anyhow::anyhow;
 use clap::Args;
 use geom::DVec3;
 use metrics::{DetectionCounts, Fitting, InstanceScene, PoseCriteria, PoseScore, TrueBlock};
-use scene::{Catalog, InstanceId, Judgement, PlacedBlock, Recognised, SiteFrame};
+use scene::{Catalog, Judgement, PlacedBlock, Recognised, SiteFrame};
 use serde::Serialize;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -201,13 +201,14 @@ fn score_scene(
     let truths: Vec<TrueBlock> = truth_rows
         .iter()
         .map(|row| {
-            let placed = placed(row, catalog, &frame, &truth_file)?;
+            let b = inputs::recognised(row, catalog, &frame, &truth_file)?;
+            let placed = PlacedBlock { block: b.block, model: b.model, site_from_block: b.site_from_block };
             Ok(TrueBlock { placed, occlusion: row.occlusion.unwrap_or(0.0) as f32 })
         })
         .collect::<Result<_, Exit>>()?;
     let estimates: Vec<Recognised> = result_rows
         .iter()
-        .map(|row| Ok(recognised(row, placed(row, catalog, &frame, &result_file)?)))
+        .map(|row| inputs::recognised(row, catalog, &frame, &result_file))
         .collect::<Result<_, Exit>>()?;
 
     let judged = |r: &&Recognised| r.judgement == Judgement::Accepted;
@@ -280,40 +281,6 @@ fn instance_counts(
 
 fn first_file(dir: &Path, names: &[&str]) -> Option<PathBuf> {
     names.iter().map(|n| dir.join(n)).find(|f| f.is_file())
-}
-
-fn placed(
-    row: &io::blocks_csv::BlockRow,
-    catalog: &Catalog,
-    frame: &SiteFrame,
-    file: &Path,
-) -> Result<PlacedBlock, Exit> {
-    let model = catalog.find(&row.model).ok_or_else(|| {
-        let known: Vec<_> = catalog.iter().map(|(_, m)| m.name.clone()).collect();
-        Exit::bad_input(anyhow!(
-            "{}: block {} is a `{}`, but the catalogue has {}",
-            file.display(),
-            row.block_id,
-            row.model,
-            known.join(", ")
-        ))
-    })?;
-    Ok(PlacedBlock { block: InstanceId(row.block_id), model, site_from_block: row.pose.local(frame) })
-}
-
-fn recognised(row: &io::blocks_csv::BlockRow, placed: PlacedBlock) -> Recognised {
-    Recognised {
-        block: placed.block,
-        model: placed.model,
-        site_from_block: placed.site_from_block,
-        judgement: Judgement::Accepted,
-        confidence: row.confidence.unwrap_or(1.0) as f32,
-        fitness_m: row.fitness_m.unwrap_or(0.0) as f32,
-        runner_up: None,
-        occlusion: row.occlusion.unwrap_or(0.0) as f32,
-        points: Vec::new(),
-        covariance: [0.0; 36],
-    }
 }
 
 fn print_table(f: &Figures, terminal: &Terminal) {

@@ -8,7 +8,7 @@ use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
 use pipeline::{Config, Works};
-use scene::{Catalog, InstanceId, Judgement, Placement, PlacementState, Plan, Recognised, Scene, SiteFrame};
+use scene::{Catalog, Placement, PlacementState, Plan, Recognised, Scene, SiteFrame};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -137,30 +137,7 @@ pub fn site_of_run(run: &Path, named: Option<&Path>) -> Result<PathBuf, Exit> {
 pub fn recognised(run: &RunFolder, catalog: &Catalog, frame: &SiteFrame) -> Result<Vec<Recognised>, Exit> {
     let file = run.blocks();
     let rows = io::blocks_csv::read(&file).or_bad_input()?;
-    rows.iter()
-        .map(|row| {
-            let model = catalog.find(&row.model).ok_or_else(|| {
-                Exit::bad_input(anyhow!(
-                    "{}: block {} is a `{}`, which the catalogue does not have",
-                    file.display(),
-                    row.block_id,
-                    row.model
-                ))
-            })?;
-            Ok(Recognised {
-                block: InstanceId(row.block_id),
-                model,
-                site_from_block: row.pose.local(frame),
-                judgement: Judgement::Accepted,
-                confidence: row.confidence.unwrap_or(1.0) as f32,
-                fitness_m: row.fitness_m.unwrap_or(0.0) as f32,
-                runner_up: None,
-                occlusion: row.occlusion.unwrap_or(0.0) as f32,
-                points: Vec::new(),
-                covariance: [0.0; 36],
-            })
-        })
-        .collect()
+    rows.iter().map(|row| inputs::recognised(row, catalog, frame, &file)).collect()
 }
 
 /// The range of the count over seeds, as `plan/summary.json` has it; `None` when no plans were asked for.
