@@ -17,8 +17,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 const STAGE: &str = "pose";
 
-/// Recognises the blocks of a survey from its segmentation. Blocks come in the order of their height above the
-/// survey's lowest point, numbered from 1; segments without a verdict follow as *not judged*.
+/// Recognises the blocks of a survey from its segmentation. Blocks come in the order in which they were
+/// accepted, the best supported first, numbered from 1; segments without a verdict follow as *not judged*.
 /// Errors: [`PoseError`]; a place where nothing is found is not an error.
 pub fn recognise(
     survey: &Survey,

@@ -46,7 +46,7 @@ pub struct PlanArgs {
 pub enum PolicyName {
     /// A random attitude above the window
     Random,
-    /// What the placement network proposes
+    /// What a placement network proposes; refused, since no placement model is shipped yet
     Network,
     /// The best of many attitudes, verified by physics
     Search,

@@ -21,7 +21,7 @@ const HEADER: &str = "step,learning_rate,loss,pair,centre,offset_d_max,block,\
                       held_out_loss,held_out_pair,held_out_centre,held_out_offset_d_max,held_out_block";
 
 impl Checkpoint {
-    /// Makes the folder; an existing one must have been made with the same settings (other than the steps).
+    /// Makes the folder; an existing one is taken to be of the same settings (other than the steps): that is not checked.
     pub(super) fn open(folder: &Path, config: &TrainConfig) -> Result<Self, SegmentError> {
         let this = Self { folder: folder.to_owned() };
         fs::create_dir_all(folder.join("checkpoint")).map_err(|e| this.error(folder, e))?;
