@@ -5,11 +5,13 @@
 
 mod background;
 mod error;
+pub mod lessons;
 pub mod review;
 pub mod survey;
 
 pub use background::Foreground;
 pub use error::PipelineError;
+pub use lessons::Lessons;
 
 use geom::{Observer, SeedTree};
 use plan::{GroundConfig, PlanConfig, PlanInput, Surfaces, SurfacesInput, Uncertainty, UncertaintyConfig};

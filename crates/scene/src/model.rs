@@ -44,6 +44,23 @@ impl BlockModel {
     pub fn mass_kg(&self) -> f32 {
         self.volume_m3 * self.density_kg_m3
     }
+
+    /// The same block, `factor` times as large about the origin of its coordinates.
+    pub fn scaled(&self, factor: f32) -> Self {
+        let part = |p: &ConvexPart| ConvexPart { corners: p.corners.iter().map(|c| *c * factor).collect() };
+        Self {
+            name: self.name.clone(),
+            mesh: self.mesh.map(|v| v * factor),
+            parts: self.parts.iter().map(part).collect(),
+            parts_volume_ratio: self.parts_volume_ratio,
+            volume_m3: self.volume_m3 * factor.powi(3),
+            density_kg_m3: self.density_kg_m3,
+            centre: self.centre * factor,
+            symmetry: self.symmetry.scaled(factor),
+            d_max_m: self.d_max_m * factor,
+            d_box_m: self.d_box_m * factor,
+        }
+    }
 }
 
 /// The block types of a site, in the order of its catalogue file.

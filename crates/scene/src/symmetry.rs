@@ -37,6 +37,11 @@ impl SymmetryGroup {
         self
     }
 
+    /// The group of the same block in `factor` times as large coordinates.
+    pub fn scaled(&self, factor: f32) -> Self {
+        Self { centre: self.centre * factor, ..self.clone() }
+    }
+
     /// The axis of a body of revolution, block coordinates; `None` for a finite group.
     pub fn axis(&self) -> Option<Vec3> {
         self.axis

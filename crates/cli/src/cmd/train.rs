@@ -5,9 +5,9 @@ use crate::progress::Terminal;
 use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand};
 use geom::SeedTree;
-use scene::Catalog;
-use segment::tile::LabelledScene;
-use segment::{SegmentModel, ShapeSignature, Split, TrainConfig};
+use pipeline::Lessons;
+use pipeline::lessons::Blocks;
+use segment::{SegmentModel, Split, TrainConfig};
 use std::path::{Path, PathBuf};
 
 /// Train.
@@ -48,6 +48,10 @@ struct SegmentTraining {
     /// The blocks are not their own mirror image: do not train on mirrored piles
     #[arg(long)]
     handed: bool,
+    /// Train for blocks of any shape: most piles are of random unions of convex parts of the recipes' sizes, the
+    /// others of the recipes' own blocks, cubes and Antifer blocks
+    #[arg(long)]
+    any_shape: bool,
 }
 
 /// Runs the stage.
@@ -58,10 +62,10 @@ pub fn train(args: &TrainArgs, terminal: &Terminal) -> Result<(), Exit> {
 }
 
 fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit> {
-    let piles: Vec<Piles> =
-        args.recipes.iter().map(|r| Piles::read(r, args)).collect::<Result<_, _>>().or_bad_input()?;
+    let piles: Vec<Lessons> =
+        args.recipes.iter().map(|r| lessons(r, args)).collect::<Result<_, _>>().or_bad_input()?;
     let init = match args.init.as_deref() {
-        Some("shipped") => Some(SegmentModel::shipped(&piles[0].catalog).or_bad_input()?),
+        Some("shipped") => Some(SegmentModel::shipped(piles[0].catalog()).or_bad_input()?),
         Some(path) => Some(SegmentModel::load(path.as_ref()).or_bad_input()?),
         None => None,
     };
@@ -74,10 +78,9 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
     };
     let mut config = TrainConfig { steps: args.steps, mirror: !args.handed, ..Default::default() };
     config.warmup = config.warmup.min(args.steps / 10);
-    config.name = piles.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+    config.name = piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", ");
     for pile in &piles {
-        for (_, model) in pile.catalog.iter() {
-            let shape = ShapeSignature::of(model);
+        for shape in pile.shapes() {
             if !config.shapes.iter().any(|s| s.matches(&shape)) {
                 config.shapes.push(shape);
             }
@@ -97,40 +100,18 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
     Ok(())
 }
 
-/// A recipe with its blocks.
-struct Piles {
-    name: String,
-    recipe: synth::Recipe,
-    catalog: Catalog,
-    /// The sizes the network runs at.
-    units_m: Vec<f32>,
-}
-
-impl Piles {
-    fn read(path: &Path, args: &SegmentTraining) -> anyhow::Result<Self> {
-        let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
-        let recipe = synth::Recipe::parse(&text).with_context(|| format!("{}", path.display()))?;
-        let (file, spec) = match (&args.catalog, &recipe.catalog) {
-            (Some(file), _) => (file.clone(), io::site::load_catalog(file)?),
-            (None, Some(spec)) => (path.to_owned(), spec.clone()),
-            (None, None) => {
-                return Err(anyhow!("{} names no blocks: give --catalog catalog.toml", path.display()));
-            }
-        };
-        let catalog = blocks::catalog(&spec, &io::site::mesh_loader(&file))?;
-        let units_m = segment::scales(&catalog)?;
-        Ok(Self { name: recipe.name.clone(), recipe, catalog, units_m })
-    }
-
-    fn scene(&self, index: u64, seed: SeedTree) -> Result<LabelledScene, String> {
-        let made = synth::scene(&self.recipe, &self.catalog, seed).map_err(|e| e.to_string())?;
-        let centre = |b: &scene::PlacedBlock| b.site_from_block * self.catalog.get(b.model).centre;
-        Ok(LabelledScene {
-            position_m: made.survey.cloud.position_m,
-            instance: made.instance,
-            centre_m: made.scene.blocks.iter().map(centre).collect(),
-            // Catalogues of several sizes are seen at each of them in turn.
-            unit_m: self.units_m[(index / 2 % self.units_m.len() as u64) as usize],
-        })
-    }
+/// A recipe file with the blocks it or the catalogue names.
+fn lessons(path: &Path, args: &SegmentTraining) -> anyhow::Result<Lessons> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+    let recipe = synth::Recipe::parse(&text).with_context(|| format!("{}", path.display()))?;
+    let (file, spec) = match (&args.catalog, &recipe.catalog) {
+        (Some(file), _) => (file.clone(), io::site::load_catalog(file)?),
+        (None, Some(spec)) => (path.to_owned(), spec.clone()),
+        (None, None) => {
+            return Err(anyhow!("{} names no blocks: give --catalog catalog.toml", path.display()));
+        }
+    };
+    let catalog = blocks::catalog(&spec, &io::site::mesh_loader(&file))?;
+    let blocks = if args.any_shape { Blocks::AnyShape } else { Blocks::Catalog };
+    Ok(Lessons::new(recipe, catalog, blocks)?)
 }
