@@ -55,6 +55,8 @@ pub enum Command {
     Report(cmd::report::ReportArgs),
     /// Score a result against a truth, also files made by other programs
     Evaluate(cmd::evaluate::EvaluateArgs),
+    /// Make the method's tables again, on scenes no training has seen
+    Reproduce(cmd::reproduce::ReproduceArgs),
     /// Check that no file of a run folder has changed since it was written
     Verify(cmd::verify::VerifyArgs),
     /// Print the completion script of a shell

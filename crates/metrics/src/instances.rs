@@ -117,6 +117,20 @@ pub fn precision_recall(scenes: &[InstanceScene], min_iou: f64) -> Result<Detect
     Ok(counts)
 }
 
+/// Label columns without what does not count: points of hidden blocks (`hidden[n − 1]` for block `n`) are left out, and
+/// an instance that has most of its points on them is none. Both columns are as long as each other, as before.
+pub fn without_hidden(predicted: &[u32], truth: &[u32], hidden: &[bool]) -> (Vec<u32>, Vec<u32>) {
+    let is_hidden = |label: u32| label > 0 && hidden.get(label as usize - 1).copied().unwrap_or(false);
+    let mut points: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
+    for (&p, &t) in predicted.iter().zip(truth) {
+        let count = points.entry(p).or_default();
+        count.0 += 1;
+        count.1 += usize::from(is_hidden(t));
+    }
+    let kept = predicted.iter().zip(truth).filter(|(_, t)| !is_hidden(**t));
+    kept.map(|(&p, &t)| (if points[&p].1 * 2 > points[&p].0 { 0 } else { p }, t)).unzip()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,6 +145,14 @@ mod tests {
         assert_eq!(counts, DetectionCounts { true_positives: 1, false_positives: 1, false_negatives: 2 });
         assert_eq!(counts.precision(), Some(0.5));
         assert_eq!(counts.recall(), Some(1.0 / 3.0));
+    }
+
+    #[test]
+    fn hidden_blocks_and_what_lies_on_them_are_left_out() {
+        // Block 2 is hidden; instance 7 lies on it with two of three points, instance 8 with one of three.
+        let (predicted, truth) = without_hidden(&[7, 7, 7, 8, 8, 8, 0], &[2, 2, 1, 1, 1, 2, 0], &[false, true]);
+        assert_eq!(predicted, [0, 8, 8, 0]);
+        assert_eq!(truth, [1, 1, 1, 0]);
     }
 
     #[test]

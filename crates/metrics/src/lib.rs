@@ -14,7 +14,7 @@ mod error;
 pub use average_precision::{AveragePrecision, ScoredScene, average_precision};
 pub use error::MetricsError;
 pub use fitting::{Fitting, fitting, model_distances_m};
-pub use instances::{DetectionCounts, InstanceScene, iou_pairs, precision_recall};
+pub use instances::{DetectionCounts, InstanceScene, iou_pairs, precision_recall, without_hidden};
 pub use occlusion::occlusion_rate;
 pub use packing::{expected_blocks, packing_density_per_m2, porosity};
 pub use pose_error::{PoseError, pose_error};

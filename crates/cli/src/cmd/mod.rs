@@ -6,6 +6,7 @@ pub mod man;
 pub mod plan;
 pub mod recognise;
 pub mod report;
+pub mod reproduce;
 pub mod run;
 pub mod segment;
 pub mod synth;
@@ -40,6 +41,7 @@ pub fn dispatch(options: &Options, terminal: &Terminal) -> Result<(), Exit> {
         Command::Plan(args) => plan::plan(args, terminal),
         Command::Report(args) => report::report(args, terminal),
         Command::Evaluate(args) => evaluate::evaluate(args, terminal),
+        Command::Reproduce(args) => reproduce::reproduce(args, terminal),
         Command::Verify(args) => verify::verify(args, terminal),
         Command::Completions(args) => completions::completions(args),
         Command::Man(args) => man::man(args, terminal),

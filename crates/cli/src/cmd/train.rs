@@ -62,8 +62,7 @@ pub fn train(args: &TrainArgs, terminal: &Terminal) -> Result<(), Exit> {
 }
 
 fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit> {
-    let piles: Vec<Lessons> =
-        args.recipes.iter().map(|r| lessons(r, args)).collect::<Result<_, _>>().or_bad_input()?;
+    let piles: Vec<Lessons> = args.recipes.iter().map(|r| lessons(r, args)).collect::<Result<_, _>>().or_bad_input()?;
     let init = match args.init.as_deref() {
         Some("shipped") => Some(SegmentModel::shipped(piles[0].catalog()).or_bad_input()?),
         Some(path) => Some(SegmentModel::load(path.as_ref()).or_bad_input()?),

@@ -1,0 +1,27 @@
+//! What can go wrong while a table is made.
+
+use thiserror::Error;
+
+/// A stage refused, each with its own words.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum ReproduceError {
+    #[error("the recipe of {set}: {message}")]
+    Recipe { set: String, message: String },
+    #[error("scene {index} of {set}: {source}")]
+    Scene { set: String, index: u64, source: synth::SynthError },
+    #[error(transparent)]
+    Block(#[from] blocks::BlockError),
+    #[error(transparent)]
+    Segment(#[from] segment::SegmentError),
+    #[error(transparent)]
+    Pose(#[from] pose::PoseError),
+    #[error(transparent)]
+    Plan(#[from] plan::PlanError),
+    #[error(transparent)]
+    Pipeline(#[from] pipeline::PipelineError),
+    #[error(transparent)]
+    Metrics(#[from] metrics::MetricsError),
+    #[error("stopped")]
+    Stopped,
+}

@@ -1,0 +1,117 @@
+//! The method's published tables, made again on our own sites with seeds that no training used.
+//!
+//! In: an experiment's name, settings, weights. Out: a page of Markdown with the table, its seeds and the hash of the
+//! weights, so that anybody can make it again. No algorithm of the pipeline lives here: an experiment makes scenes,
+//! calls stages with the settings it compares, and asks `metrics`.
+
+mod error;
+mod markdown;
+mod scenes;
+mod segmentation_judge;
+mod segmentation_loss;
+mod segmentation_shapes;
+mod segmentation_sites;
+mod segmentation_suppression;
+mod segmentation_time;
+
+pub use error::ReproduceError;
+pub use markdown::{Align, Table};
+pub use scenes::{HeldOut, SiteSet, site_sets};
+
+use geom::Observer;
+use segment::SegmentModel;
+use std::path::Path;
+
+/// What an experiment may be told.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Scenes of each set.
+    pub scenes: u64,
+    /// Seed of the scenes. Trainings use small ones; the default is far from them.
+    pub seed: u64,
+    /// Optimiser steps of the experiments that train.
+    pub steps: u64,
+    /// Repetitions with other seeds, for what depends on chance.
+    pub repeats: u64,
+    /// Part of the full site to work on, percent.
+    pub percent: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { scenes: 3, seed: 900_001, steps: 400, repeats: 5, percent: 100 }
+    }
+}
+
+/// Everything an experiment works with.
+pub struct Bench<'a> {
+    /// What the user chose.
+    pub settings: &'a Settings,
+    /// Weights of the user's own; `None`: the shipped ones that suit each catalogue.
+    pub model: Option<&'a SegmentModel>,
+    /// Folder for what an experiment keeps beside its page, trainings for example.
+    pub folder: &'a Path,
+    /// Seconds since some moment; for the experiments that state times.
+    pub clock: &'a dyn Fn() -> f64,
+    /// Who is told how far it is.
+    pub observer: &'a dyn Observer,
+}
+
+/// A named experiment.
+pub struct Experiment {
+    /// As the command line says it.
+    pub name: &'static str,
+    /// What it shows, one line.
+    pub about: &'static str,
+    /// Makes the page's body: tables with a few words.
+    pub body: fn(&Bench) -> Result<String, ReproduceError>,
+}
+
+/// Every experiment, in the order of the method's chapters.
+pub const EXPERIMENTS: &[Experiment] = &[
+    segmentation_sites::EXPERIMENT,
+    segmentation_shapes::EXPERIMENT,
+    segmentation_suppression::EXPERIMENT,
+    segmentation_loss::EXPERIMENT,
+    segmentation_time::EXPERIMENT,
+];
+
+/// The experiment of that name.
+pub fn find(name: &str) -> Option<&'static Experiment> {
+    EXPERIMENTS.iter().find(|e| e.name == name)
+}
+
+/// The whole page: head with everything needed to make it again, then the body.
+pub fn page(experiment: &Experiment, bench: &Bench) -> Result<String, ReproduceError> {
+    let body = (experiment.body)(bench)?;
+    let Settings { scenes, seed, steps, repeats, percent } = bench.settings;
+    let options = format!("--scenes {scenes} --seed {seed} --steps {steps} --repeats {repeats} --percent {percent}");
+    let model = if bench.model.is_some() { " --model MODEL" } else { "" };
+    Ok(format!(
+        "# {}: {}\n\n`tsumu reproduce {} {options}{model}`, tsumu {}.\n\n{body}",
+        experiment.name,
+        experiment.about,
+        experiment.name,
+        env!("CARGO_PKG_VERSION")
+    ))
+}
+
+/// One line that identifies weights: what they are and the BLAKE3 hash of their file.
+pub fn weights_line(model: &SegmentModel) -> Result<String, ReproduceError> {
+    let hash = blake3::hash(&model.to_bytes()?).to_hex();
+    Ok(format!("{}, {} steps, BLAKE3 {}…", model.description.name, model.description.steps, &hash[..16]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_distinct_and_found() {
+        for (i, e) in EXPERIMENTS.iter().enumerate() {
+            assert!(EXPERIMENTS[..i].iter().all(|o| o.name != e.name), "{}", e.name);
+            assert_eq!(find(e.name).unwrap().about, e.about);
+        }
+        assert!(find("nothing").is_none());
+    }
+}

@@ -1,0 +1,94 @@
+//! The six site-sensor sets of the method and their held-out scenes.
+
+use crate::{Bench, ReproduceError};
+use geom::SeedTree;
+use scene::Catalog;
+use synth::{Recipe, SynthScene};
+
+/// A recipe with its catalogue.
+#[derive(Clone, Debug)]
+pub struct SiteSet {
+    /// As in `recipes/`.
+    pub name: &'static str,
+    /// What its scenes look like.
+    pub recipe: Recipe,
+    /// Its blocks.
+    pub catalog: Catalog,
+}
+
+/// The recipes, as they lie in `recipes/`.
+const RECIPES: [(&str, &str); 6] = [
+    ("sawara-uav", include_str!("../../../recipes/sawara-uav.toml")),
+    ("sawara-mbes", include_str!("../../../recipes/sawara-mbes.toml")),
+    ("todohokke-uav", include_str!("../../../recipes/todohokke-uav.toml")),
+    ("todohokke-mbes", include_str!("../../../recipes/todohokke-mbes.toml")),
+    ("era-uav", include_str!("../../../recipes/era-uav.toml")),
+    ("era-mbes", include_str!("../../../recipes/era-mbes.toml")),
+];
+
+/// All six, in the order of the thesis' tables.
+pub fn site_sets() -> Result<Vec<SiteSet>, ReproduceError> {
+    RECIPES.iter().map(|&(name, text)| SiteSet::parse(name, text)).collect()
+}
+
+impl SiteSet {
+    /// The set a recipe describes; its blocks must be built-in shapes.
+    pub fn parse(name: &'static str, text: &str) -> Result<Self, ReproduceError> {
+        let wrong = |message: String| ReproduceError::Recipe { set: name.into(), message };
+        let recipe = Recipe::parse(text).map_err(|e| wrong(e.to_string()))?;
+        let spec = recipe.catalog.clone().ok_or_else(|| wrong("it names no blocks".into()))?;
+        let catalog = blocks::catalog(&spec, &|_| Err("only built-in shapes here".into()))?;
+        Ok(Self { name, recipe, catalog })
+    }
+
+    /// The scenes the settings ask for, made one after the other.
+    pub fn held_out<'a>(&'a self, bench: &'a Bench) -> HeldOut<'a> {
+        HeldOut { set: self, bench, next: 0 }
+    }
+
+    /// Scene `index` of a seed.
+    pub fn scene(&self, seed: u64, index: u64) -> Result<SynthScene, ReproduceError> {
+        let node = SeedTree::new(seed).child(self.name, index);
+        synth::scene(&self.recipe, &self.catalog, node).map_err(|source| ReproduceError::Scene {
+            set: self.name.into(),
+            index,
+            source,
+        })
+    }
+}
+
+/// Iterator over a set's held-out scenes; ends with [`ReproduceError::Stopped`] when the observer says so.
+pub struct HeldOut<'a> {
+    set: &'a SiteSet,
+    bench: &'a Bench<'a>,
+    next: u64,
+}
+
+impl Iterator for HeldOut<'_> {
+    type Item = Result<SynthScene, ReproduceError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let index = self.next;
+        if index >= self.bench.settings.scenes {
+            return None;
+        }
+        self.next += 1;
+        if self.bench.observer.cancelled() {
+            self.next = u64::MAX;
+            return Some(Err(ReproduceError::Stopped));
+        }
+        Some(self.set.scene(self.bench.settings.seed, index))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_recipes_read_and_name_their_blocks() {
+        let sets = site_sets().unwrap();
+        assert_eq!(sets.len(), 6);
+        assert!(sets.iter().all(|s| s.recipe.name == s.name && !s.catalog.is_empty()));
+    }
+}
