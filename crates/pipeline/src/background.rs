@@ -42,7 +42,7 @@ impl Foreground {
             ),
         });
         let select: Vec<usize> = index.iter().map(|&i| i as usize).collect();
-        let part = Survey { cloud: survey.cloud.select(&select), ..survey.clone() };
+        let part = Survey { cloud: survey.cloud.select(&select), walls, ..survey.clone() };
         Self { survey: part, index: Some(index), whole }
     }
 

@@ -6,7 +6,7 @@
 //! neighbours' points ends with nothing of its own.
 
 use crate::EvidenceConfig;
-use crate::evidence::{Evidence, overlap_m2};
+use crate::evidence::{Evidence, overlap_m2, shared_inside};
 use crate::fit::CentredPose;
 use crate::measured::Measured;
 use crate::template::Template;
@@ -65,7 +65,15 @@ pub fn accept(
                 continue;
             }
             let tolerance = overlap_tolerance_m(measured, other);
-            let overlap = overlap_m2((&templates[winner.template], &winner.at), (other, &c.at), tolerance);
+            let (first, second) = ((&templates[winner.template], &winner.at), (other, &c.at));
+            // Two poses of one place: what the second adds is the first one's error.
+            let same =
+                c.template == winner.template && other.same(&c.at, &winner.at, SAME_PLACE * reach, SAME_TURN_RAD);
+            if same || shared_inside(first, second, tolerance) > config.max_shared {
+                gain[i] = f32::NEG_INFINITY;
+                continue;
+            }
+            let overlap = overlap_m2(first, second, tolerance);
             lost[i] += config.overlap_weight * overlap / c.evidence.unit_m2;
             gain[i] = c.evidence.gain(&taken) - lost[i];
         }
@@ -73,6 +81,10 @@ pub fn accept(
     }
     Acceptance { accepted, taken }
 }
+
+/// Poses of one type are one block within this part of d_max and this turn.
+const SAME_PLACE: f32 = 0.3;
+const SAME_TURN_RAD: f32 = 0.5;
 
 /// How far two measured blocks may reach into each other: errors of both poses and of the model.
 pub fn overlap_tolerance_m(measured: &Measured, template: &Template) -> f32 {

@@ -1,28 +1,95 @@
 //! Probability that pose and type are right, from the signs the verification leaves.
 //!
-//! A logistic function of few signs, fitted on synthetic scenes (docs/bench/poses.md); of blocks given 0.9 about
-//! nine in ten are right.
+//! A logistic function of a few signs, fitted by `tools/oracle/fit_confidence.py` on piles of several shapes, sensors
+//! and kinds of segmentation, and checked on other piles (docs/bench/poses.md). The signs are pure numbers, so that one
+//! function serves blocks of all sizes: what decides is how well the pose is held, how much of what ought to be seen
+//! is seen and how near the points lie, hardly how many they are.
 
 /// What the verification knows of an accepted block.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Signs {
-    /// What it added when it was accepted, in halves of its surface.
-    pub gain: f32,
+    /// Area of its own points in halves of its surface.
+    pub area: f32,
+    /// Mean weight of its own points: how near and how well aligned, in [0, 1].
+    pub fit: f32,
+    /// Share of the points within reach that are its own and not a neighbour's.
+    pub own: f32,
     /// Share of the surface that ought to be seen and is.
     pub agreement: f32,
-    /// Best rival's share of its score.
-    pub rival: f32,
-    /// Share of the surface with points on it.
-    pub visible: f32,
+    /// Evidence against it over evidence for it.
+    pub against: f32,
+    /// Share of its inside within a neighbour that was accepted before it.
+    pub shared: f32,
+    /// Largest standard deviation of the place over a true positive's limit.
+    pub shift_sd: f32,
+    /// Largest standard deviation of a turn over a true positive's limit.
+    pub turn_sd: f32,
     /// By how many nats the type beats the next; infinite with one type.
     pub type_margin: f32,
 }
 
+/// Numbers of [`Signs::features`].
+pub const FEATURES: usize = 8;
+
+/// Fitted weights of the features; the first is the constant's.
+const WEIGHTS: [f32; FEATURES] = [-6.865, 0.081, 1.683, 1.111, 5.597, -1.545, -6.307, -1.952];
+/// How much of a nat of type margin is a fact: points err together, sensors have biases.
+const TYPE_SLOPE: f32 = 0.2;
+
+impl Signs {
+    /// What the logistic function is linear in.
+    pub fn features(&self) -> [f32; FEATURES] {
+        [
+            1.0,
+            self.area.max(0.01).ln().min(-1.0),
+            self.fit,
+            self.own,
+            self.agreement,
+            self.against.clamp(0.0, 2.0),
+            self.shared.clamp(0.0, 0.5),
+            self.turn_sd.max(self.shift_sd).max(0.02).ln().clamp(-3.0, 1.0),
+        ]
+    }
+}
+
 /// The probability, in [0, 1].
 pub fn confidence(signs: &Signs) -> f32 {
-    let z = -4.0 + 8.0 * signs.gain.min(0.6) + 4.0 * (signs.agreement - 0.5) - 3.0 * (signs.rival - 0.7).max(0.0)
-        + 4.0 * signs.visible.min(0.4);
+    let z: f32 = signs.features().iter().zip(WEIGHTS).map(|(f, w)| f * w).sum();
     let pose = 1.0 / (1.0 + (-z).exp());
-    let kind = 1.0 / (1.0 + (-signs.type_margin).exp());
+    let kind = 1.0 / (1.0 + (-TYPE_SLOPE * signs.type_margin).exp());
     pose * kind
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn better_signs_never_lower_it() {
+        let plain = Signs {
+            area: 0.2,
+            fit: 0.7,
+            own: 0.9,
+            agreement: 0.8,
+            against: 0.2,
+            shared: 0.05,
+            shift_sd: 0.1,
+            turn_sd: 0.5,
+            type_margin: 5.0,
+        };
+        let base = confidence(&plain);
+        for better in [
+            Signs { area: 0.3, ..plain },
+            Signs { fit: 0.8, ..plain },
+            Signs { own: 1.0, ..plain },
+            Signs { agreement: 0.9, ..plain },
+            Signs { against: 0.1, ..plain },
+            Signs { shared: 0.0, ..plain },
+            Signs { turn_sd: 0.3, ..plain },
+            Signs { type_margin: 9.0, ..plain },
+        ] {
+            assert!(confidence(&better) > base, "{better:?}");
+        }
+        assert!((0.0..=1.0).contains(&confidence(&Signs { turn_sd: f32::INFINITY, ..plain })));
+    }
 }

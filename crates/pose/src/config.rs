@@ -119,6 +119,8 @@ pub struct EvidenceConfig {
     pub free_space_weight: f32,
     /// Price of surface inside an accepted neighbour or the bed.
     pub overlap_weight: f32,
+    /// Largest share of a block's inside that may lie inside an accepted neighbour.
+    pub max_shared: f32,
     /// Least score of an accepted block, in halves of its surface.
     pub min_score: f32,
     /// Least share of the surface that ought to be seen and is.
@@ -135,7 +137,8 @@ impl Default for EvidenceConfig {
             inside_weight: 2.0,
             free_space_weight: 1.0,
             overlap_weight: 2.0,
-            min_score: 0.12,
+            max_shared: 0.1,
+            min_score: 0.03,
             min_agreement: 0.6,
             min_confidence: 0.5,
         }
@@ -211,6 +214,7 @@ impl PoseConfig {
             ("search.working_cell", s.working_cell, 1e-3, 0.5, "must be 0.001 to 0.5"),
             ("evidence.surface_samples", e.surface_samples as f32, 50.0, 1e5, "must be 50 or more"),
             ("evidence.reach_sd", e.reach_sd, 1.0, 10.0, "must be 1 to 10"),
+            ("evidence.max_shared", e.max_shared, 0.0, 1.0, "must be 0 to 1"),
             ("evidence.min_confidence", e.min_confidence, 0.0, 1.0, "must be 0 to 1"),
             ("evidence.min_agreement", e.min_agreement, 0.0, 1.0, "must be 0 to 1"),
             ("ppf.distance_step", p.distance_step, 0.01, 0.5, "must be 0.01 to 0.5"),

@@ -76,7 +76,7 @@ pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config:
             Some(Seen::Unknown) => unknown += 1.0,
             Some(Seen::Hidden) | None => {}
         }
-        let depth = measured.bed.map_or(0.0, |bed| -bed.plane.distance_m(p) - bed.relief_m);
+        let depth = measured.solid.iter().map(|bed| -bed.plane.distance_m(p) - bed.relief_m).fold(0.0, f32::max);
         under += ((depth - deep) / deep).clamp(0.0, 1.0);
     }
     let area = template.sample_area_m2;
@@ -105,6 +105,19 @@ pub fn overlap_m2(a: (&Template, &CentredPose), b: (&Template, &CentredPose), to
             .map(|&(p, _)| ((-into.0.field.distance_m(to * p) - tolerance_m) / tolerance_m).clamp(0.0, 1.0))
             .sum();
         deep * from.0.sample_area_m2
+    };
+    one_way(a, b).max(one_way(b, a))
+}
+
+/// Share of a block's inside that is inside another, deeper than `tolerance_m`: the larger of both ways.
+pub fn shared_inside(a: (&Template, &CentredPose), b: (&Template, &CentredPose), tolerance_m: f32) -> f32 {
+    if (a.1.centre - b.1.centre).length() > a.0.model.d_max_m + b.0.model.d_max_m {
+        return 0.0;
+    }
+    let one_way = |from: (&Template, &CentredPose), into: (&Template, &CentredPose)| {
+        let to = into.1.pose(into.0.model.centre).inverse() * from.1.pose(from.0.model.centre);
+        let deep = from.0.inside.iter().filter(|&&p| into.0.field.distance_m(to * p) < -tolerance_m).count();
+        deep as f32 / from.0.inside.len().max(1) as f32
     };
     one_way(a, b).max(one_way(b, a))
 }

@@ -1,8 +1,8 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
-use crate::acceptance::Candidate;
+use crate::acceptance::{Candidate, overlap_tolerance_m};
 use crate::confidence::{Signs, confidence};
-use crate::evidence::reach_m;
+use crate::evidence::{reach_m, shared_inside, weigh};
 use crate::fit::{CentredPose, FitPoint, covariance, fit};
 use crate::measured::Measured;
 use crate::template::Template;
@@ -20,8 +20,6 @@ pub struct Accepted {
     pub at: CentredPose,
     /// What it added when it was accepted, in halves of its surface.
     pub gain: f32,
-    /// Share of the surface that ought to be seen and is.
-    pub agreement: f32,
     /// Best rival for the same points with a different pose or type, as a share of this one's score.
     pub rival: f32,
     /// Best candidate of another type at this place.
@@ -114,15 +112,16 @@ pub fn refine(
     members(&label(points, &grid, blocks, templates, measured, config), blocks.len())
 }
 
-/// The statement on one accepted block.
+/// The statement on one accepted block, and the signs its confidence is made of.
 pub fn statement(
     survey: &Survey,
     block: &Accepted,
+    others: &[Accepted],
     points: Vec<u32>,
     templates: &[Template],
     measured: &Measured,
     config: &EvidenceConfig,
-) -> Recognised {
+) -> (Recognised, Signs) {
     let template = &templates[block.template];
     let model = template.model;
     let sample = fit_points(survey, measured, &points);
@@ -134,18 +133,11 @@ pub fn statement(
     };
     let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
     let occlusion = 1.0 - visible_share(template, &block.at, measured);
-    let signs = Signs {
-        gain: block.gain,
-        agreement: block.agreement,
-        rival: block.rival,
-        visible: 1.0 - occlusion,
-        type_margin: block.type_margin,
-    };
+    let signs = signs(block, &points, covariance.as_ref(), others, templates, measured, config);
     let confidence = confidence(&signs);
-    let judged = confidence >= config.min_confidence
-        && points.len() >= crate::search::FEWEST_POINTS
-        && covariance.is_some_and(|c| certain(&c, model.d_box_m));
-    Recognised {
+    let judged =
+        confidence >= config.min_confidence && points.len() >= crate::search::FEWEST_POINTS && covariance.is_some();
+    let statement = Recognised {
         block: InstanceId(0),
         model: template.id,
         site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
@@ -156,13 +148,53 @@ pub fn statement(
         occlusion,
         points,
         covariance: covariance.unwrap_or([0.0; 36]),
-    }
+    };
+    (statement, signs)
 }
 
-/// Whether the fit holds the pose in every direction better than a true positive's limits.
-fn certain(covariance: &[f32; 36], d_box_m: f32) -> bool {
-    let sd = |i: usize| covariance[i * 7].max(0.0).sqrt();
-    (0..3).all(|i| sd(i) < 0.05 * d_box_m) && (3..6).all(|i| sd(i) < 2.5_f32.to_radians())
+/// What speaks for and against the block as it is stated: at its final pose, on its own points.
+fn signs(
+    block: &Accepted,
+    points: &[u32],
+    covariance: Option<&[f32; 36]>,
+    others: &[Accepted],
+    templates: &[Template],
+    measured: &Measured,
+    config: &EvidenceConfig,
+) -> Signs {
+    let template = &templates[block.template];
+    let case = weigh(template, &block.at, measured, config);
+    let own = measured.working(points);
+    let (mut area_m2, mut weight, mut count) = (0.0, 0.0, 0);
+    for &(i, w) in &case.explained {
+        if own.binary_search(&i).is_ok() {
+            area_m2 += measured.point_area_m2 * w;
+            weight += w;
+            count += 1;
+        }
+    }
+    let sd = |k: std::ops::Range<usize>| {
+        covariance.map_or(f32::INFINITY, |c| k.map(|i| c[i * 7].max(0.0).sqrt()).fold(0.0, f32::max))
+    };
+    let shared = others
+        .iter()
+        .filter(|o| !std::ptr::eq(*o, block) && o.gain > block.gain)
+        .map(|o| {
+            let other = &templates[o.template];
+            shared_inside((other, &o.at), (template, &block.at), overlap_tolerance_m(measured, template))
+        })
+        .fold(0.0, f32::max);
+    Signs {
+        area: area_m2 / case.unit_m2,
+        fit: weight / (count as f32).max(1.0),
+        own: count as f32 / (case.explained.len() as f32).max(1.0),
+        agreement: case.agreement,
+        against: case.against_m2 / area_m2.max(1e-6),
+        shared,
+        shift_sd: sd(0..3) / (0.1 * template.model.d_box_m),
+        turn_sd: sd(3..6) / 5.0_f32.to_radians(),
+        type_margin: block.type_margin,
+    }
 }
 
 /// Share of the model's surface samples with a working point close by (Eq. 3.14 from the measured side).

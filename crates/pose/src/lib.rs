@@ -23,4 +23,5 @@ mod types;
 
 pub use config::{EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig};
 pub use error::PoseError;
-pub use recognise::recognise;
+pub use confidence::Signs;
+pub use recognise::{recognise, recognise_with_signs};

@@ -33,6 +33,8 @@ pub struct Measured {
     pub sight: Sight,
     /// The bed under the pile, where there is one.
     pub bed: Option<Bed>,
+    /// What no block reaches into: the bed, and the floor and walls of a bin.
+    pub solid: Vec<Bed>,
 }
 
 /// A bed: stones stand out of its plane and gaps reach below.
@@ -66,6 +68,8 @@ impl Measured {
         let survey_spacing_m = point_area_of_m2(all, &everything, cell_m).sqrt();
         let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
         let bed = bed(&position, d_max_m, noise_sd_m, seed);
+        let walls = survey.walls.iter().map(|&plane| Bed { plane, relief_m: 0.0 });
+        let solid = bed.into_iter().chain(walls).collect();
         Self {
             position,
             normal,
@@ -78,6 +82,7 @@ impl Measured {
             noise_sd_m,
             sight,
             bed,
+            solid,
         }
     }
 

@@ -4,6 +4,7 @@
 //! nothing is gained; refine and state.
 
 use crate::acceptance::{Acceptance, Candidate, accept};
+use crate::confidence::Signs;
 use crate::evidence::weigh;
 use crate::finish::{Accepted, refine, rivals, statement};
 use crate::measured::Measured;
@@ -28,6 +29,19 @@ pub fn recognise(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Vec<Recognised>, PoseError> {
+    let found = recognise_with_signs(survey, segmentation, catalog, config, seed, observer)?;
+    Ok(found.into_iter().map(|f| f.0).collect())
+}
+
+/// [`recognise`] with the signs each confidence was made of (`None` for segments without a verdict), for fitting them.
+pub fn recognise_with_signs(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<(Recognised, Option<Signs>)>, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
     let templates = templates(catalog, config, seed)?;
@@ -42,11 +56,20 @@ pub fn recognise(
             thesis::windows(&measured, config.ppf.window * largest_m)
         }
     };
+    // Without verification nothing chooses between hypotheses: the instances alone are asked.
+    let tasks: Vec<Task> = if config.verification || config.places == Places::Windows {
+        tasks
+    } else {
+        tasks.into_iter().filter(|t| t.is_segment).collect()
+    };
     let mut stage = Stage { templates: &templates, measured: &measured, config, seed, observer };
 
     let mut candidates = stage.candidates(&tasks, 0)?;
     if !config.verification {
-        let chosen = stage.best_per_task(&tasks, &candidates);
+        let mut chosen = stage.best_per_task(&tasks, &candidates);
+        if config.places == Places::Windows {
+            stage.one_a_place(&mut chosen, &candidates);
+        }
         return Ok(stage.state(survey, chosen, &tasks, &candidates));
     }
     let mut pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
@@ -180,6 +203,20 @@ impl Stage<'_> {
             .collect()
     }
 
+    /// Windows overlap, so that a block is found several times: the best explained of near poses stays.
+    fn one_a_place(&self, chosen: &mut Vec<(usize, f32)>, candidates: &[Origin]) {
+        chosen.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut kept: Vec<(usize, f32)> = Vec::new();
+        for &(i, score) in chosen.iter() {
+            let c = &candidates[i].1;
+            let apart_m = 0.5 * self.templates[c.template].model.d_max_m;
+            if kept.iter().all(|k| (candidates[k.0].1.at.centre - c.at.centre).length() > apart_m) {
+                kept.push((i, score));
+            }
+        }
+        *chosen = kept;
+    }
+
     /// Refines the chosen candidates and states them, then the segments without a verdict.
     fn state(
         &self,
@@ -187,7 +224,7 @@ impl Stage<'_> {
         chosen: Vec<(usize, f32)>,
         tasks: &[Task],
         candidates: &[Origin],
-    ) -> Vec<Recognised> {
+    ) -> Vec<(Recognised, Option<Signs>)> {
         let pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
         let mut blocks: Vec<Accepted> = chosen
             .iter()
@@ -198,7 +235,6 @@ impl Stage<'_> {
                     template: winner.template,
                     at: winner.at,
                     gain,
-                    agreement: winner.evidence.agreement,
                     rival,
                     other_type,
                     type_margin: f32::INFINITY,
@@ -206,15 +242,18 @@ impl Stage<'_> {
             })
             .collect();
         let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
-        let mut found: Vec<Recognised> = blocks
+        let mut found: Vec<(Recognised, Option<Signs>)> = blocks
             .par_iter()
             .zip(points)
             .map(|(block, points)| {
-                statement(survey, block, points, self.templates, self.measured, &self.config.evidence)
+                let config = &self.config.evidence;
+                let (block, signs) = statement(survey, block, &blocks, points, self.templates, self.measured, config);
+                (block, Some(signs))
             })
             .collect();
-        found.extend(self.not_judged(survey, tasks, candidates, &found));
-        for (n, block) in found.iter_mut().enumerate() {
+        let open = self.not_judged(survey, tasks, candidates, &found);
+        found.extend(open.into_iter().map(|block| (block, None)));
+        for (n, (block, _)) in found.iter_mut().enumerate() {
             block.block = InstanceId(n as u32 + 1);
         }
         found
@@ -226,10 +265,10 @@ impl Stage<'_> {
         survey: &Survey,
         tasks: &[Task],
         candidates: &[Origin],
-        found: &[Recognised],
+        found: &[(Recognised, Option<Signs>)],
     ) -> Vec<Recognised> {
         let mut taken = vec![false; survey.cloud.len()];
-        for block in found {
+        for (block, _) in found {
             for &i in &block.points {
                 taken[i as usize] = true;
             }

@@ -3,6 +3,7 @@
 use crate::thesis::PairTable;
 use crate::{Method, PoseConfig, PoseError, rotation_grid::rotation_grid};
 use geom::{DistanceField, PointGrid, Quat, SeedTree, Vec3};
+use rand::RngExt;
 use scene::{BlockModel, Catalog, ModelId};
 
 /// A block type ready to be searched for.
@@ -17,6 +18,8 @@ pub struct Template<'a> {
     pub surface: Vec<(Vec3, Vec3)>,
     /// Many samples of the outside, for questions of a few centimetres; empty with one type.
     pub dense_surface: Vec<(Vec3, Vec3)>,
+    /// Even samples of the inside, block coordinates: two blocks that share some share a place.
+    pub inside: Vec<Vec3>,
     /// Area one sample of `surface` stands for, m².
     pub sample_area_m2: f32,
     /// Point pair features, when they are asked for.
@@ -39,6 +42,8 @@ pub struct ModelCloud {
 const PAIR_POINTS: usize = 300;
 /// Points of a [`ModelCloud`].
 const CLOUD: usize = 4000;
+/// Samples of a model's inside.
+const INSIDE: usize = 200;
 /// Samples that tell types apart.
 const DENSE: usize = 8000;
 
@@ -80,7 +85,16 @@ fn template<'a>(
     });
     let sample_area_m2 = model.mesh.area_m2() / surface.len().max(1) as f32;
     let rotations = rotation_grid(&model.symmetry, config.search.rotation_spacing_rad, config.search.max_rotations);
-    Ok(Template { id, model, field, surface, dense_surface, sample_area_m2, pairs, cloud, rotations })
+    let inside = inside(model, &field, seed.child("inside", u64::from(id.0)));
+    Ok(Template { id, model, field, surface, inside, dense_surface, sample_area_m2, pairs, cloud, rotations })
+}
+
+/// Random places inside the solid; thin shells give fewer.
+fn inside(model: &BlockModel, field: &DistanceField, seed: SeedTree) -> Vec<Vec3> {
+    let bounds = model.mesh.bounds();
+    let mut rng = seed.rng();
+    let mut draw = || bounds.min + bounds.size() * Vec3::new(rng.random(), rng.random(), rng.random());
+    (0..100 * INSIDE).map(|_| draw()).filter(|&p| field.distance_m(p) < 0.0).take(INSIDE).collect()
 }
 
 /// Surface samples thinned from a dense draw by farthest-first order, so that no leg is short of them.

@@ -133,11 +133,16 @@ impl Case<'_> {
         let area_m2 = template.sample_area_m2 * template.surface.len() as f32 / surface.len().max(1) as f32;
         let margin = (1.6 * spacing).max(2.0 * self.measured.noise_sd_m);
         let mut plain_m2 = 0.0;
+        // The nearest sensor position of any place on the block is among those hardly farther than the centre's.
+        let away = |s: &Vec3| (*s - at.centre).length();
+        let nearest_m = self.survey.sensor_positions.iter().map(away).fold(f32::INFINITY, f32::min);
+        let reach_m = nearest_m + 2.0 * template.model.d_max_m;
+        let sensors: Vec<Vec3> = self.survey.sensor_positions.iter().copied().filter(|s| away(s) <= reach_m).collect();
         let (mut place, mut normal) = (Vec::new(), Vec::new());
         for &(p, n) in surface {
             let (p, n) = (site_from_block * p, site_from_block.rotation * n);
             let seen = matches!(self.measured.sight.of_surface(p, n, margin), Some(Seen::Here | Seen::Through));
-            let facing = n.dot(toward_sensor(p, &self.survey.sensor_positions));
+            let facing = n.dot(toward_sensor(p, &sensors));
             if self.buried(p) {
                 // Two solids cannot share a place: charged like surface that ought to be seen and is not.
                 plain_m2 += area_m2;

@@ -1,6 +1,6 @@
 //! Where the site is and what was measured there.
 
-use geom::{DVec3, PointCloud, Vec3};
+use geom::{DVec3, Plane, PointCloud, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Which way the axes of the survey's file run. Inside the program x is east and y north, always.
@@ -82,4 +82,6 @@ pub struct Survey {
     pub sensor: SensorKind,
     /// Sensor positions, local frame; empty when unknown (then: straight above).
     pub sensor_positions: Vec<Vec3>,
+    /// Planes that no block reaches through, normals towards the blocks, local frame: floor and walls of a bin.
+    pub walls: Vec<Plane>,
 }

@@ -69,6 +69,7 @@ fn measure(
         frame: SiteFrame::default(),
         sensor: recipe.sensor.kind(),
         sensor_positions: positions,
+        walls: Vec::new(),
     };
     Ok(SynthScene { scene, survey, instance, occlusion, redraws })
 }
