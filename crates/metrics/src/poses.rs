@@ -6,7 +6,8 @@
 //! Blocks reported as *not judged* are no statement and are left out.
 
 use crate::{DetectionCounts, PoseError, pose_error};
-use scene::{Catalog, Judgement, PlacedBlock, Recognised};
+use geom::{Pose, Vec3};
+use scene::{Catalog, Judgement, ModelId, PlacedBlock, Recognised};
 use serde::{Deserialize, Serialize};
 
 /// The limits of a true positive; `Default` is the thesis'.
@@ -45,6 +46,9 @@ pub struct PoseScore {
     pub ignored: usize,
     /// Error of each true positive, in the order of the estimates.
     pub errors: Vec<PoseError>,
+    /// Displacement of each true positive about the mean displacement of its scene, metres: what is left of E_d when
+    /// the survey's own shift is taken out, which no recognition can see.
+    pub about_shift_m: Vec<f32>,
     /// True positives whose type is right.
     pub types_right: usize,
     /// Confidence of each judged, not ignored estimate and whether it was a true positive of the right type.
@@ -55,6 +59,11 @@ impl PoseScore {
     /// E_d: mean displacement of the true positives, metres.
     pub fn mean_displacement_m(&self) -> Option<f64> {
         mean(self.errors.iter().map(|e| f64::from(e.displacement_m)))
+    }
+
+    /// Mean displacement of the true positives about their survey's shift, metres.
+    pub fn mean_about_shift_m(&self) -> Option<f64> {
+        mean(self.about_shift_m.iter().map(|&d| f64::from(d)))
     }
 
     /// E_R: mean rotation error of the true positives, radians.
@@ -74,6 +83,7 @@ impl PoseScore {
             counts: self.counts.plus(&other.counts),
             ignored: self.ignored + other.ignored,
             errors: [self.errors.as_slice(), &other.errors].concat(),
+            about_shift_m: [self.about_shift_m.as_slice(), &other.about_shift_m].concat(),
             types_right: self.types_right + other.types_right,
             confidence: [self.confidence.as_slice(), &other.confidence].concat(),
         }
@@ -116,6 +126,7 @@ pub fn score_poses(
     }
     let wanted = |t: usize| truths[t].occlusion < criteria.occlusion_limit;
     let mut score = PoseScore::default();
+    let mut displaced = Vec::new();
     for (e, estimate) in judged.iter().enumerate() {
         match of_estimate[e] {
             Some((t, error)) if wanted(t) => {
@@ -123,6 +134,11 @@ pub fn score_poses(
                 score.counts.true_positives += 1;
                 score.types_right += usize::from(right);
                 score.errors.push(error);
+                let truth = &truths[t].placed;
+                let centre = |model: ModelId, pose: Pose| pose * catalog.get(model).centre;
+                displaced.push(
+                    centre(estimate.model, estimate.site_from_block) - centre(truth.model, truth.site_from_block),
+                );
                 score.confidence.push((estimate.confidence, right));
             }
             Some(_) => score.ignored += 1,
@@ -132,6 +148,8 @@ pub fn score_poses(
             }
         }
     }
+    let shift = displaced.iter().copied().sum::<Vec3>() / displaced.len().max(1) as f32;
+    score.about_shift_m = displaced.iter().map(|d| (*d - shift).length()).collect();
     score.counts.false_negatives = (0..truths.len()).filter(|&t| wanted(t) && !taken[t]).count();
     score
 }

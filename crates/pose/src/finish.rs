@@ -20,8 +20,6 @@ pub struct Accepted {
     pub at: CentredPose,
     /// What it added when it was accepted, in halves of its surface.
     pub gain: f32,
-    /// Best rival for the same points with a different pose or type, as a share of this one's score.
-    pub rival: f32,
     /// Best candidate of another type at this place.
     pub other_type: Option<(usize, CentredPose)>,
     /// By how many nats the type beats the next; infinite with one type.
@@ -215,29 +213,20 @@ fn visible_share(template: &Template, at: &CentredPose, measured: &Measured) -> 
     near as f32 / template.surface.len().max(1) as f32
 }
 
-/// What else could be at an accepted block's place: the best rival's share of its score, and the best other type.
-pub fn rivals(
+/// The best candidate of another type at an accepted block's place.
+pub fn other_type(
     winner: &Candidate,
     candidates: &[Candidate],
     templates: &[Template],
-) -> (f32, Option<(usize, CentredPose)>) {
-    let own = winner.evidence.score().max(1e-6);
-    let template = &templates[winner.template];
-    let d_box = template.model.d_box_m;
-    let (mut rival, mut other) = (0.0_f32, None::<(f32, usize, CentredPose)>);
-    for c in candidates {
-        if (c.at.centre - winner.at.centre).length() > 0.7 * template.model.d_max_m {
-            continue;
-        }
-        // In the winner's unit, so that a large block's small share compares.
-        let score = c.evidence.score() * c.evidence.unit_m2 / winner.evidence.unit_m2;
-        let same_type = c.template == winner.template;
-        if !(same_type && template.same(&c.at, &winner.at, 0.1 * d_box, 5.0_f32.to_radians())) {
-            rival = rival.max(score / own);
-        }
-        if !same_type && other.is_none_or(|o| score > o.0) {
-            other = Some((score, c.template, c.at));
+) -> Option<(usize, CentredPose)> {
+    let near_m = 0.7 * templates[winner.template].model.d_max_m;
+    let mut best: Option<(f32, usize, CentredPose)> = None;
+    for c in candidates.iter().filter(|c| c.template != winner.template) {
+        // An area, so that a large block's small share compares.
+        let score_m2 = c.evidence.score() * c.evidence.unit_m2;
+        if (c.at.centre - winner.at.centre).length() <= near_m && best.is_none_or(|b| score_m2 > b.0) {
+            best = Some((score_m2, c.template, c.at));
         }
     }
-    (rival, other.map(|o| (o.1, o.2)))
+    best.map(|b| (b.1, b.2))
 }

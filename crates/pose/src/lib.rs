@@ -21,7 +21,7 @@ mod template;
 mod thesis;
 mod types;
 
+pub use confidence::Signs;
 pub use config::{EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig};
 pub use error::PoseError;
-pub use confidence::Signs;
 pub use recognise::{recognise, recognise_with_signs};

@@ -6,7 +6,7 @@
 use crate::acceptance::{Acceptance, Candidate, accept};
 use crate::confidence::Signs;
 use crate::evidence::weigh;
-use crate::finish::{Accepted, refine, rivals, statement};
+use crate::finish::{Accepted, other_type, refine, statement};
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
@@ -230,13 +230,11 @@ impl Stage<'_> {
             .iter()
             .map(|&(i, gain)| {
                 let winner = &pool[i];
-                let (rival, other_type) = rivals(winner, &pool, self.templates);
                 Accepted {
                     template: winner.template,
                     at: winner.at,
                     gain,
-                    rival,
-                    other_type,
+                    other_type: other_type(winner, &pool, self.templates),
                     type_margin: f32::INFINITY,
                 }
             })

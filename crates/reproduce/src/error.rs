@@ -22,6 +22,8 @@ pub enum ReproduceError {
     Pipeline(#[from] pipeline::PipelineError),
     #[error(transparent)]
     Metrics(#[from] metrics::MetricsError),
+    #[error("{file}: {source}")]
+    File { file: String, source: std::io::Error },
     #[error("stopped")]
     Stopped,
 }

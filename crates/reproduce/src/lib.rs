@@ -6,6 +6,11 @@
 
 mod error;
 mod markdown;
+mod pose_ablation;
+mod pose_confidence;
+mod pose_hard;
+mod pose_judge;
+mod pose_sites;
 mod scenes;
 mod segmentation_judge;
 mod segmentation_loss;
@@ -74,6 +79,11 @@ pub const EXPERIMENTS: &[Experiment] = &[
     segmentation_suppression::EXPERIMENT,
     segmentation_loss::EXPERIMENT,
     segmentation_time::EXPERIMENT,
+    pose_sites::EXPERIMENT,
+    pose_ablation::EXPERIMENT,
+    pose_confidence::EXPERIMENT,
+    pose_hard::HARD,
+    pose_hard::SIZES,
 ];
 
 /// The experiment of that name.

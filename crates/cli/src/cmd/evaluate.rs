@@ -51,6 +51,7 @@ struct Figures {
     pose_false_negatives: usize,
     pose_ignored: usize,
     mean_displacement_m: Option<f64>,
+    mean_displacement_about_shift_m: Option<f64>,
     mean_rotation_deg: Option<f64>,
     type_accuracy: Option<f64>,
     instance_precision: Option<f64>,
@@ -169,6 +170,7 @@ impl Total {
             pose_false_negatives: counts.false_negatives,
             pose_ignored: self.poses.ignored,
             mean_displacement_m: self.poses.mean_displacement_m(),
+            mean_displacement_about_shift_m: self.poses.mean_about_shift_m(),
             mean_rotation_deg: self.poses.mean_rotation_rad().map(f64::to_degrees),
             type_accuracy: self.poses.type_accuracy(),
             instance_precision: self.instances.and_then(|i| i.precision()),
@@ -293,6 +295,7 @@ fn print_table(f: &Figures, terminal: &Terminal) {
         ("pose precision", percent(f.pose_precision)),
         ("pose recall", percent(f.pose_recall)),
         ("mean displacement E_d", millimetres(f.mean_displacement_m)),
+        ("E_d about the survey's own shift", millimetres(f.mean_displacement_about_shift_m)),
         ("mean rotation error E_R", f.mean_rotation_deg.map_or("–".into(), |v| format!("{v:.2}°"))),
         ("type right", percent(f.type_accuracy)),
         ("instance precision, IoU ≥ .5", percent(f.instance_precision)),
@@ -303,6 +306,6 @@ fn print_table(f: &Figures, terminal: &Terminal) {
         ("matching rate R", percent(f.matching_rate)),
     ];
     for (name, value) in rows {
-        terminal.say(format!("{name:<30}{value:>20}"));
+        terminal.say(format!("{name:<34}{value:>20}"));
     }
 }
