@@ -4,6 +4,8 @@
 //! where SHAPES is e.g. `tetrapod:2.0` or `cube:1.6+cube:1.7`, SEGMENTS is `true` (true segments and centres),
 //! `degraded` (what a network gives: two centres a block off by 0.15 d_max, a fifth false, a quarter of the points
 //! foreign) or `none` (no segmentation at all), and KEY=VALUE sets a key of the stage's configuration.
+//! With DUMP=FILE in the environment the segments, truths and the stage's own result go to a JSON file, which
+//! `tools/oracle/peers_poses.py` gives to other programs. VERBOSE=1 explains every mistake.
 
 use geom::{Event, Observer, SeedTree, Vec3};
 use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
@@ -63,9 +65,11 @@ fn main() {
             },
         };
         let start = Instant::now();
+        let cpu = cpu_s();
         let found = pose::recognise(&made.survey, &segmentation, &catalog, &config, SeedTree::new(1), &Clock(start))
             .expect("a synthetic scene is sound input");
         let took = start.elapsed().as_secs_f64();
+        let took_cpu = cpu_s() - cpu;
         let truths: Vec<TrueBlock> = made
             .scene
             .blocks
@@ -75,13 +79,16 @@ fn main() {
             .collect();
         let score = score_poses(&found, &truths, &catalog, &PoseCriteria::default());
         println!(
-            "scene {n}: {} points, {} blocks, {} hypotheses: {:?} ignored {} in {took:.2} s",
+            "scene {n}: {} points, {} blocks, {} hypotheses: {:?} ignored {} in {took:.2} s, {took_cpu:.2} s of processor",
             made.instance.len(),
             truths.len(),
             segmentation.hypotheses.len(),
             score.counts,
             score.ignored
         );
+        if let Some(file) = std::env::var_os("DUMP") {
+            dump(&file, &made, &segmentation, &found, &truths, &catalog, took_cpu);
+        }
         if std::env::var_os("VERBOSE").is_some() {
             explain(&found, &truths, &catalog);
         }
@@ -114,6 +121,55 @@ fn main() {
         let right = bin.iter().filter(|r| **r).count();
         println!("confidence {low:.2}–{high:.2}: {right} of {} right", bin.len());
     }
+}
+
+/// Processor time of this process so far, seconds; 0 where the system does not say.
+fn cpu_s() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let ticks = |n: usize| stat.rsplit(") ").next().and_then(|s| s.split(' ').nth(n)?.parse::<f64>().ok());
+    (ticks(11).unwrap_or(0.0) + ticks(12).unwrap_or(0.0)) / 100.0
+}
+
+/// One scene's segments, truths and result as JSON.
+fn dump(
+    file: &std::ffi::OsStr,
+    made: &SynthScene,
+    segmentation: &Segmentation,
+    found: &[scene::Recognised],
+    truths: &[TrueBlock],
+    catalog: &Catalog,
+    cpu_s: f64,
+) {
+    let (_, model) = catalog.iter().next().expect("the command line names a shape");
+    let pose = |p: &geom::Pose| serde_json::json!({"t": p.translation.to_array(), "xyzw": p.rotation.to_array()});
+    let segments: Vec<_> = segmentation
+        .hypotheses
+        .iter()
+        .map(|h| {
+            let off = |t: &&TrueBlock| (t.placed.site_from_block * model.centre - h.centre).length();
+            let truth = truths.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("scenes have blocks");
+            let points: Vec<_> =
+                h.points.iter().map(|&i| made.survey.cloud.position_m[i as usize].to_array()).collect();
+            serde_json::json!({"points": points, "truth": pose(&truth.placed.site_from_block), "occlusion": truth.occlusion})
+        })
+        .collect();
+    let accepted = found.iter().filter(|r| r.judgement == scene::Judgement::Accepted);
+    let stated: Vec<_> = accepted.map(|r| pose(&r.site_from_block)).collect();
+    let rotations: Vec<_> = model.symmetry.rotations().iter().map(|q| q.to_array()).collect();
+    let sensor: Vec<_> = made.survey.sensor_positions.iter().map(|p| p.to_array()).collect();
+    let value = serde_json::json!({
+        "vertices": model.mesh.vertices.iter().map(|v| v.to_array()).collect::<Vec<_>>(),
+        "triangles": model.mesh.triangles,
+        "centre": model.centre.to_array(),
+        "d_box_m": model.d_box_m,
+        "d_max_m": model.d_max_m,
+        "rotations": rotations,
+        "sensor": sensor,
+        "segments": segments,
+        "stated": stated,
+        "cpu_s": cpu_s,
+    });
+    std::fs::write(file, value.to_string()).expect("DUMP can be written");
 }
 
 fn catalog(shapes: &str) -> Catalog {
