@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::cmd;
+use crate::{cmd, version};
 use clap::{Args, Parser, Subcommand};
 
 /// Recognise every block of a pile in a survey and plan how to stack more up to a design surface.
@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 /// The usual way is `tsumu run SITE`: it reads SITE/site.toml and leaves a run folder with the recognised
 /// blocks, the stacking plan and report.html. The other commands are its stages, one at a time.
 #[derive(Debug, Parser)]
-#[command(name = "tsumu", version, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "tsumu", version, long_version = version::LONG, propagate_version = true, arg_required_else_help = true)]
 pub struct Options {
     /// How much to say, and to whom
     #[command(flatten)]

@@ -5,11 +5,14 @@ use crate::progress::Terminal;
 use anyhow::{Context, anyhow};
 use geom::{DVec3, Event, Observer};
 use io::blocks_csv::BlockRow;
+use io::manifest::Entry;
+use io::{IoError, RawCloud};
 use pipeline::survey::{RawSurvey, local_survey};
 use scene::{
-    AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec, InstanceId, Judgement, Recognised,
-    SensorKind, SiteFrame, Survey,
+    Area, AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec, InstanceId, Judgement,
+    Recognised, SensorKind, SiteFrame, Survey,
 };
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Reads `catalog.toml` and the meshes it names.
@@ -50,17 +53,39 @@ fn describe(model: &BlockModel) -> String {
     )
 }
 
+/// A cloud, or what of it lies in the area; of a COPC only the tiles that touch it are read.
+fn cloud(file: &Path, area: Option<&Area>, axes: AxisOrder, terminal: &Terminal) -> Result<RawCloud, Exit> {
+    let Some(area) = area else { return io::points::read(file, terminal).or_bad_input() };
+    area.check().or_bad_input()?;
+    let [low, high] = area.corners(axes);
+    let cloud = io::points::read_box(file, low, high, terminal).map_err(|e| match e {
+        IoError::NoPoints { path } => Exit::bad_input(anyhow!(
+            "{}: none of its points lies in the area (east {} to {}, north {} to {}); is the axis order right?",
+            path.display(),
+            area.west,
+            area.east,
+            area.south,
+            area.north
+        )),
+        e => Exit::bad_input(e),
+    })?;
+    let message = format!("{}: {} points in the area", file.display(), cloud.len());
+    terminal.event(Event::Noted { stage: "read", message });
+    Ok(cloud)
+}
+
 /// Files of one survey each, as one local survey; columns other than the positions are dropped.
 pub fn loose_survey(
     files: &[PathBuf],
     sensor: SensorKind,
     sensor_positions: &[[f64; 3]],
+    area: Option<&Area>,
     terminal: &Terminal,
 ) -> Result<Survey, Exit> {
     let mut crs = String::new();
     let mut raw = Vec::new();
     for file in files {
-        let cloud = io::points::read(file, terminal).or_bad_input()?;
+        let cloud = cloud(file, area, AxisOrder::EastNorth, terminal)?;
         if let Some(code) = &cloud.crs {
             crs.clone_from(code);
         }
@@ -87,20 +112,24 @@ pub struct SiteInputs {
     pub catalog: Catalog,
     /// All surveys in one local frame.
     pub survey: Survey,
+    /// Size and hash of every input file as it was before it was read.
+    pub hashes: BTreeMap<PathBuf, Entry>,
 }
 
 /// Reads a site folder: site.toml, its catalogue, its surveys.
 pub fn site(folder: &Path, terminal: &Terminal) -> Result<SiteInputs, Exit> {
     let site = io::site::load(folder).or_bad_input()?;
+    let hashed = |name: PathBuf| Ok((name.clone(), io::manifest::entry(&site.folder.join(name))?));
+    let hashes = site.inputs().into_iter().map(hashed).collect::<Result<_, io::IoError>>().or_bad_input()?;
     let catalog = models(&site.catalog, &site.catalog_file, terminal)?;
     let survey = site_survey(&site, terminal)?;
-    Ok(SiteInputs { site, catalog, survey })
+    Ok(SiteInputs { site, catalog, survey, hashes })
 }
 
 fn site_survey(site: &io::site::Site, terminal: &Terminal) -> Result<Survey, Exit> {
     let mut raw = Vec::new();
     for (spec, file) in site.spec.survey.iter().zip(&site.survey_files) {
-        let cloud = io::points::read(file, terminal).or_bad_input()?;
+        let cloud = cloud(file, site.spec.area.as_ref(), site.spec.axis_order, terminal)?;
         let mut sensors: Vec<DVec3> = spec.sensors().map(DVec3::from_array).collect();
         if sensors.is_empty() {
             sensors = cloud.sensor_positions;

@@ -7,12 +7,14 @@ mod cmd;
 mod drawings;
 mod exit;
 mod inputs;
+mod kept;
 mod outputs;
 mod page;
 mod progress;
 mod result_folder;
 mod review;
 mod settings;
+mod version;
 mod weights;
 
 use clap::Parser;

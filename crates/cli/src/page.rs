@@ -4,7 +4,7 @@ use crate::drawings::Drawings;
 use geom::Warning;
 use pipeline::Works;
 use report::{Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind, Text};
-use scene::{Catalog, Judgement, Plan, Recognised, Scene, Survey};
+use scene::{Catalog, Judgement, Plan, Recognised, Review, Scene, Survey};
 use serde_json::Value;
 
 /// Everything a report is made of.
@@ -23,6 +23,8 @@ pub struct PageInput<'a> {
     pub recognised: &'a Value,
     /// `plan/summary.json`.
     pub planned: &'a Value,
+    /// The review that the blocks honour.
+    pub review: Option<&'a Review>,
     /// Names and values that identify the run.
     pub provenance: Vec<(Text, String)>,
     /// What was warned of.
@@ -58,8 +60,9 @@ pub fn page(input: &PageInput) -> Result<Page, report::ReportError> {
     let distance = pipeline::point_deficits_m(works, input.pile, input.plan);
 
     let mut page = ReportInput::new(input.title, works.survey, works.catalog);
-    page.program = format!("tsumu {}", env!("CARGO_PKG_VERSION"));
+    page.program = format!("tsumu {}", crate::version::STAMP);
     page.recognised = works.blocks;
+    page.review = input.review;
     page.plan = Some(input.plan);
     page.point_distance_m = &distance;
     page.count = Some(count(input));
@@ -155,7 +158,10 @@ fn figures(input: &PageInput) -> Vec<Figure> {
             fixed(&p["max_distance_m"], 2, 1.0),
             "m",
         ),
-        Figure::new(Text::new("Protruding blocks", "突出ブロック"), whole(&p["protruding"]), ""),
+        Figure::new(Text::new("Protruding blocks", "突出ブロック"), whole(&p["protruding"]), "").with_note(Text::new(
+            "Placed blocks of which any part, say a leg's tip, stands more than the overflow threshold above the design. Not a fault in itself: the plan's limit is for each block's centre of mass.",
+            "追加ブロックのうち、脚の先端など一部でも計画面より許容突出量を超えて突出するもの。計画の制限は各ブロックの重心に対するもので、ただちに不適合ではない。",
+        )),
         Figure::new(Text::new("Porosity of the new layer", "新しい層の空隙率"), fixed(&p["porosity"], 1, 100.0), "%"),
         Figure::new(
             Text::new("Blocks by N = φ·A·V^(−2/3)", "N = φ·A·V^(−2/3) による個数"),

@@ -70,6 +70,17 @@ impl Terminal {
         self.warnings.lock().expect("no thread panics with this lock").clone()
     }
 
+    /// A warning of an earlier run whose work is kept, as [`Self::warnings`] has it.
+    pub fn warn_again(&self, line: String) {
+        if self.json {
+            let (stage, message) = line.split_once(": ").unwrap_or(("", &line));
+            print_line(&json!({ "event": "warning", "stage": stage, "message": message }).to_string());
+        } else if !self.quiet {
+            self.above_bar(&format!("warning: {line}"));
+        }
+        self.warnings.lock().expect("no thread panics with this lock").push(line);
+    }
+
     /// The error that ends the program.
     pub fn failed(&self, exit: &Exit) {
         self.clear();

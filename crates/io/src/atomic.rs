@@ -5,6 +5,11 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
+/// How the names of files begin that are work in hand; they are no results.
+pub const ASIDE: &str = ".tsumu-";
+
+const PART: &str = ".part";
+
 /// A stream that a writer may also seek in.
 pub trait WriteSeek: Write + Seek {}
 impl<T: Write + Seek> WriteSeek for T {}
@@ -18,7 +23,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()
             _ => Path::new("."),
         };
         fs::create_dir_all(folder)?;
-        let aside = tempfile::Builder::new().prefix(".tsumu-").suffix(".part").tempfile_in(folder)?;
+        let aside = tempfile::Builder::new().prefix(ASIDE).suffix(PART).tempfile_in(folder)?;
         let mut buffer = BufWriter::with_capacity(1 << 16, aside.as_file());
         fill(&mut buffer)?;
         buffer.flush()?;
@@ -34,6 +39,24 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()
 /// Writes these bytes.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     write(path, |out| out.write_all(bytes))
+}
+
+/// Removes what writes that were killed have left in a folder and below it. Nobody else may be writing there.
+pub fn clear_aside(folder: &Path) -> Result<(), IoError> {
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(here) = open.pop() {
+        let fail = |e| IoError::read(&here, e);
+        for item in fs::read_dir(&here).map_err(fail)? {
+            let item = item.map_err(fail)?;
+            let name = item.file_name().to_string_lossy().into_owned();
+            if item.file_type().map_err(fail)?.is_dir() {
+                open.push(item.path());
+            } else if name.starts_with(ASIDE) && name.ends_with(PART) {
+                fs::remove_file(item.path()).map_err(|e| IoError::write(&item.path(), e))?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Temporary files are made private; a result should be as readable as any other file of the user.

@@ -1,13 +1,16 @@
 //! Every export of a run at once, under the names that formats.md states.
 
 use crate::drawing::Drawing;
+use crate::landxml::{self, Surface};
 use crate::raster::Raster;
-use crate::tin::Tin;
-use crate::{IoError, dxf, geojson, geopackage, geotiff, glb, ifc, landxml};
+use crate::tin_thinning::TinThinning;
+use crate::{IoError, dxf, geojson, geopackage, geotiff, glb, ifc};
 use std::path::Path;
 
-/// A LandXML surface of more nodes is thinned: surveying programs choke on it.
-const TIN_NODES: usize = 60_000;
+/// How far a LandXML surface may stray from its map, metres: the map's own cells are no truer.
+const TIN_TOLERANCE_M: f32 = 0.01;
+/// Surveying programs choke on more: the tolerance is doubled until the surface has no more points.
+const TIN_NODES: usize = 20_000;
 
 /// What goes out.
 #[derive(Clone, Copy, Debug)]
@@ -35,13 +38,30 @@ pub fn write(folder: &Path, set: &ExportSet) -> Result<(), IoError> {
     for (name, map) in set.maps {
         geotiff::write(&at(&format!("{name}.tif")), map, &drawing.frame.crs)?;
         if set.surfaces.contains(name) {
-            let step = (map.value.len() as f64 / TIN_NODES as f64).sqrt().ceil() as usize;
-            tins.push((*name, Tin::of_raster(map, step)));
+            tins.push(surface(name, map));
         }
     }
-    let tins: Vec<(&str, &Tin)> = tins.iter().filter(|t| !t.1.triangles.is_empty()).map(|(n, t)| (*n, t)).collect();
+    tins.retain(|surface| !surface.tin.triangles.is_empty());
+    let path = at("surfaces.xml");
     if tins.is_empty() {
-        return Ok(());
+        // One of an earlier run would be taken for this run's.
+        return match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(IoError::write(&path, e)),
+            _ => Ok(()),
+        };
     }
-    landxml::write(&at("surfaces.xml"), drawing.name, &drawing.frame.crs, &tins)
+    landxml::write(&path, drawing.name, &drawing.frame.crs, &tins)
+}
+
+fn surface(name: &str, map: &Raster) -> Surface {
+    let thinning = TinThinning::new(map);
+    let mut tolerance_m = TIN_TOLERANCE_M;
+    let mut tin = thinning.tin(tolerance_m);
+    // A hole keeps its edge whatever the tolerance: the end of this is a metre.
+    while tin.vertices.len() > TIN_NODES && tolerance_m < 1.0 {
+        tolerance_m *= 2.0;
+        tin = thinning.tin(tolerance_m);
+    }
+    let note = format!("within {tolerance_m} m of the cells of {} m in {name}.tif", map.cell_m);
+    Surface { name: name.into(), note, tin }
 }

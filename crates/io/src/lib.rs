@@ -26,10 +26,12 @@ pub mod placements_csv;
 pub mod ply;
 pub mod points;
 pub mod raster;
+pub mod review;
 pub mod site;
 pub mod stl;
 pub mod thinning;
 pub mod tin;
+pub mod tin_thinning;
 pub mod xyz;
 
 mod csv_table;

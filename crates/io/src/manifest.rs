@@ -1,6 +1,6 @@
 //! `manifest.json`: what made a run folder, and the BLAKE3 hash of every input and output, so that anybody can check.
 
-use crate::{IoError, Place, atomic};
+use crate::{IoError, Place, atomic, review};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -52,6 +52,8 @@ pub enum Difference {
     Missing(PathBuf),
     /// There, but not in the manifest.
     Unlisted(PathBuf),
+    /// A review that lies in the site folder and was not there when the site was run.
+    NotHonoured(PathBuf),
 }
 
 impl std::fmt::Display for Difference {
@@ -60,6 +62,7 @@ impl std::fmt::Display for Difference {
             Self::Changed(p) => write!(f, "{}: changed since the run", p.display()),
             Self::Missing(p) => write!(f, "{}: missing", p.display()),
             Self::Unlisted(p) => write!(f, "{}: not made by the run", p.display()),
+            Self::NotHonoured(p) => write!(f, "{}: came after the run, which knows nothing of it", p.display()),
         }
     }
 }
@@ -84,6 +87,25 @@ impl Manifest {
         Ok(())
     }
 
+    /// One word for everything a result follows from: inputs, settings, seed, version, and what `program` says of the
+    /// build. Two runs with the same key are the same run.
+    pub fn key(&self, program: &str) -> String {
+        let facts =
+            serde_json::to_string(&(&self.version, self.seed, &self.config, &self.notes, &self.inputs, program));
+        blake3::hash(facts.expect("a manifest is plain data").as_bytes()).to_hex().to_string()
+    }
+
+    /// Hashes every input again: a file that was exchanged while the run was at work must not be vouched for.
+    pub fn check_inputs(&self, site: &Path) -> Result<(), IoError> {
+        for (name, stated) in &self.inputs {
+            let path = site.join(name);
+            if entry(&path)? != *stated {
+                return Err(IoError::unsupported(&path, "the file was changed while the run was at work; run again"));
+            }
+        }
+        Ok(())
+    }
+
     /// Hashes every file of the run folder and writes the manifest there. Files the folder held before the run
     /// count as outputs too: a run folder is the program's alone.
     pub fn seal(&mut self, run: &Path) -> Result<(), IoError> {
@@ -99,12 +121,23 @@ impl Manifest {
     /// Reads the manifest of a run folder.
     pub fn load(run: &Path) -> Result<Self, IoError> {
         let path = run.join(FILE);
-        let bytes = fs::read(&path).map_err(|e| IoError::read(&path, e))?;
-        let manifest: Self = serde_json::from_slice(&bytes)
-            .map_err(|e| IoError::malformed(&path, Place::Line(e.line() as u64), format!("not a manifest: {e}")))?;
+        let bytes = match fs::read(&path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && run.is_dir() => {
+                let what = "the folder has no manifest: the run was not finished; `tsumu run` goes on with it";
+                return Err(IoError::unsupported(&path, what));
+            }
+            other => other.map_err(|e| IoError::read(&path, e))?,
+        };
+        Self::of_bytes(&path, &bytes)
+    }
+
+    /// The same from the file's content.
+    pub fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Self, IoError> {
+        let manifest: Self = serde_json::from_slice(bytes)
+            .map_err(|e| IoError::malformed(path, Place::Line(e.line() as u64), format!("not a manifest: {e}")))?;
         let outside = |n: &&String| !Path::new(n).components().all(|c| matches!(c, Component::Normal(_)));
         match manifest.inputs.keys().chain(manifest.outputs.keys()).find(outside) {
-            Some(name) => Err(IoError::Outside { path, key: "file".into(), target: name.into() }),
+            Some(name) => Err(IoError::Outside { path: path.into(), key: "file".into(), target: name.into() }),
             None => Ok(manifest),
         }
     }
@@ -128,9 +161,20 @@ pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoErro
             }
         }
     }
+    if let Some(review) = site.map(|s| s.join(review::FILE))
+        && !manifest.inputs.contains_key(review::FILE)
+        && review.exists()
+    {
+        differences.push(Difference::NotHonoured(review));
+    }
     let unlisted = files_below(run)?.into_iter().filter(|name| !manifest.outputs.contains_key(&portable(name)));
     differences.extend(unlisted.map(|name| Difference::Unlisted(run.join(name))));
     Ok(differences)
+}
+
+/// BLAKE3 of some bytes.
+pub fn hash(bytes: &[u8]) -> [u8; 32] {
+    blake3::hash(bytes).into()
 }
 
 /// Size and hash of a file.
@@ -142,7 +186,7 @@ pub fn entry(path: &Path) -> Result<Entry, IoError> {
     Ok(Entry { bytes, blake3: hasher.finalize().to_hex().to_string() })
 }
 
-/// Relative paths of all files but the manifest and the wall times, sorted.
+/// Relative paths of all files but the manifest, the wall times and work in hand, sorted.
 fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     let (mut found, mut open) = (Vec::new(), vec![PathBuf::new()]);
     while let Some(below) = open.pop() {
@@ -151,6 +195,9 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
         for item in fs::read_dir(&here).map_err(fail)? {
             let item = item.map_err(fail)?;
             let name = below.join(item.file_name());
+            if item.file_name().to_string_lossy().starts_with(atomic::ASIDE) {
+                continue; // work in hand, or what a killed run left of it
+            }
             if item.file_type().map_err(fail)?.is_dir() {
                 open.push(name);
             } else if name != Path::new(FILE) && name != Path::new(APART) {
@@ -162,7 +209,7 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     Ok(found)
 }
 
-/// The same text on every system.
-fn portable(path: &Path) -> String {
+/// A relative path as a manifest has it: the same text on every system.
+pub fn portable(path: &Path) -> String {
     path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }

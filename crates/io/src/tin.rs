@@ -1,6 +1,5 @@
 //! A triangulated surface in site coordinates, and its heights on a grid.
 
-use crate::raster::Raster;
 use geom::DVec3;
 use scene::DesignSurface;
 
@@ -22,33 +21,6 @@ impl Tin {
         let vertices = faces.iter().flatten().copied().collect();
         let triangles = (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         Self { vertices, triangles }
-    }
-
-    /// Two triangles for each square of `step` cells whose corners all have heights.
-    pub fn of_raster(raster: &Raster, step: usize) -> Self {
-        let step = step.max(1);
-        let (columns, rows) = (raster.columns.div_ceil(step), raster.rows().div_ceil(step));
-        let mut number = vec![u32::MAX; columns * rows];
-        let mut tin = Self::default();
-        for j in 0..rows {
-            for i in 0..columns {
-                let z = raster.value[j * step * raster.columns + i * step];
-                if z.is_finite() {
-                    number[j * columns + i] = tin.vertices.len() as u32;
-                    let east = raster.origin[0] + (i * step) as f64 * raster.cell_m;
-                    let north = raster.origin[1] + (j * step) as f64 * raster.cell_m;
-                    tin.vertices.push(DVec3::new(east, north, f64::from(z)));
-                }
-            }
-        }
-        let at = |i: usize, j: usize| number[j * columns + i];
-        for j in 1..rows {
-            for i in 1..columns {
-                let [a, b, c, d] = [at(i - 1, j - 1), at(i, j - 1), at(i, j), at(i - 1, j)];
-                tin.triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|t| !t.contains(&u32::MAX)));
-            }
-        }
-        tin
     }
 
     /// Samples the surface at the nodes of a grid (NaN outside, the higher of two where it overlaps itself).
@@ -102,19 +74,6 @@ impl Tin {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_raster_becomes_triangles_around_its_hole() {
-        let mut value: Vec<f32> = (0..20).map(|i| (i % 5) as f32).collect();
-        value[7] = f32::NAN; // column 2, row 1
-        let raster = Raster { origin: [100.0, 200.0], cell_m: 0.5, columns: 5, value };
-        let tin = Tin::of_raster(&raster, 1);
-        // 12 squares; the hole takes both triangles of two squares and one of the other two.
-        assert_eq!((tin.vertices.len(), tin.triangles.len()), (19, 24 - 6));
-        let surface = tin.on_grid(0.25).unwrap();
-        assert_eq!(surface.level_at(100.25, 201.25), Some(0.5));
-        assert_eq!(Tin::of_raster(&raster, 2).vertices.len(), 6);
-    }
 
     #[test]
     fn a_sloping_square_has_its_plane_on_the_grid() {

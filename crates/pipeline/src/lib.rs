@@ -13,7 +13,7 @@ pub use background::Foreground;
 pub use error::PipelineError;
 pub use lessons::Lessons;
 
-use geom::{Observer, SeedTree};
+use geom::{Observer, SeedTree, Silent};
 use plan::{GroundConfig, PlanConfig, PlanInput, Surfaces, SurfacesInput, Uncertainty, UncertaintyConfig};
 use pose::PoseConfig;
 use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Segmentation, Survey};
@@ -37,7 +37,7 @@ pub struct Config {
 }
 
 /// What recognition leaves. Indices and labels are those of the whole survey.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Recognition {
     /// Instances and centre hypotheses.
     pub segmentation: Segmentation,
@@ -54,10 +54,36 @@ pub fn recognise(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Recognition, PipelineError> {
-    let (foreground, segmentation) = segmented(survey, catalog, model, config, seed, observer)?;
+    let segments = segment_foreground(survey, catalog, model, config, seed, observer)?;
+    recognise_segments(survey, catalog, segments, config, seed, observer)
+}
+
+/// The first half of [`recognise`], apart so that a long job can be kept after it: instances of the part of the survey
+/// that can hold blocks; labels and indices are those of that part.
+pub fn segment_foreground(
+    survey: &Survey,
+    catalog: &Catalog,
+    model: &SegmentModel,
+    config: &Config,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Segmentation, PipelineError> {
+    Ok(segmented(survey, catalog, model, config, seed, observer)?.1)
+}
+
+/// The second half: segments become blocks. `segments` are those of [`segment_foreground`] with the same seed.
+pub fn recognise_segments(
+    survey: &Survey,
+    catalog: &Catalog,
+    segments: Segmentation,
+    config: &Config,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Recognition, PipelineError> {
+    let foreground = Foreground::of(survey, catalog, seed.child("background", 0), &Silent);
     let part = &foreground.survey;
-    let blocks = pose::recognise(part, &segmentation, catalog, &config.pose, seed.child("pose", 0), observer)?;
-    Ok(foreground.whole(segmentation, blocks))
+    let blocks = pose::recognise(part, &segments, catalog, &config.pose, seed.child("pose", 0), observer)?;
+    Ok(foreground.whole(segments, blocks))
 }
 
 /// The first room alone: which point belongs to which block.

@@ -1,15 +1,31 @@
 //! A reviewer's decisions, honoured: what a person decided about a block stands, and every difference is said.
 //!
-//! In: decisions with places, the blocks of this run. Out: the blocks as decided. A decision belongs to the block
+//! In: decisions with places, the blocks of this run. Out: the blocks as decided, and what each decision changed. A decision belongs to the block
 //! whose centre lies nearest its own, within a quarter of a block.
 
 use geom::{DVec3, Event, Observer, Pose, Quat, Warning};
 use scene::{Catalog, InstanceId, Judgement, ModelId, Recognised, Review, ReviewedBlock, SiteFrame, Verdict};
+use serde::Serialize;
 
 /// Centres farther apart than this share of the block's longest edge are two blocks.
 const SAME_PLACE: f32 = 0.25;
+/// Moved by less than this share of the longest edge, the pose is the reviewed one.
+const SAME_MOVE: f32 = 0.01;
 /// Turned by less, the pose is the reviewed one (METHOD §5).
 const SAME_TURN_RAD: f32 = 5.0 * std::f32::consts::PI / 180.0;
+
+/// What one decision did to the blocks of this run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Change {
+    /// The block's number in the run that was reviewed.
+    pub reviewed_block_id: u32,
+    /// The decision.
+    pub verdict: Verdict,
+    /// The block's number in this run; `None`: it has none.
+    pub block_id: Option<u32>,
+    /// What this run saw otherwise; empty: it agrees.
+    pub changed: Vec<String>,
+}
 
 /// A review that cannot be applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -37,32 +53,35 @@ pub enum ReviewError {
     },
 }
 
-/// Applies the decisions; returns how many blocks they touched. Deterministic: decisions in the order of the file.
+/// Applies the decisions; returns what each did. Deterministic: decisions in the order of the file.
 pub fn honour(
     review: &Review,
     catalog: &Catalog,
     frame: &SiteFrame,
     blocks: &mut Vec<Recognised>,
     observer: &dyn Observer,
-) -> Result<usize, ReviewError> {
+) -> Result<Vec<Change>, ReviewError> {
     if review.format != 1 {
         return Err(ReviewError::Format { format: review.format });
     }
     let decided = review.blocks.iter().map(|d| decision(d, catalog, frame)).collect::<Result<Vec<_>, _>>()?;
     let warn = |message: String| observer.event(Event::Warned(Warning { stage: "review", message }));
-    let mut touched = 0;
+    let mut changes = Vec::with_capacity(decided.len());
     for (said, (model, pose)) in review.blocks.iter().zip(decided) {
         let here = nearest(blocks, catalog, model, &pose);
-        match (said.verdict, here) {
-            (Verdict::Rejected, None) => {}
+        let mut changed = Vec::new();
+        let block_id = match (said.verdict, here) {
+            (Verdict::Rejected, None) => None,
             (Verdict::Rejected, Some(i)) => {
-                blocks.remove(i);
-                touched += 1;
+                let gone = blocks.remove(i);
+                changed.push(format!("block {} removed", gone.block.0));
+                None
             }
             (Verdict::Accepted | Verdict::Corrected, Some(i)) => {
                 let found = &mut blocks[i];
                 let turned =
                     catalog.get(model).symmetry.rotation_error_rad(found.site_from_block.rotation, pose.rotation);
+                changed = differences(found, catalog, model, &pose, turned);
                 if said.verdict == Verdict::Accepted && (found.model != model || turned > SAME_TURN_RAD) {
                     warn(format!(
                         "block {} was accepted as `{}` and this run sees it otherwise (`{}`, turned by {:.0}°); the review stands",
@@ -74,7 +93,7 @@ pub fn honour(
                 }
                 (found.model, found.site_from_block) = (model, pose);
                 (found.judgement, found.confidence) = (Judgement::Accepted, 1.0);
-                touched += 1;
+                Some(found.block.0)
             }
             (Verdict::Accepted | Verdict::Corrected, None) => {
                 warn(format!(
@@ -83,11 +102,32 @@ pub fn honour(
                 ));
                 let number = blocks.iter().map(|b| b.block.0).max().unwrap_or(0) + 1;
                 blocks.push(kept(said, InstanceId(number), model, pose));
-                touched += 1;
+                changed.push("not found by this run".into());
+                Some(number)
             }
-        }
+        };
+        changes.push(Change { reviewed_block_id: said.block_id, verdict: said.verdict, block_id, changed });
     }
-    Ok(touched)
+    Ok(changes)
+}
+
+/// What this run saw otherwise than the reviewer.
+fn differences(found: &Recognised, catalog: &Catalog, model: ModelId, pose: &Pose, turned_rad: f32) -> Vec<String> {
+    let mut list = Vec::new();
+    if found.judgement == Judgement::NotJudged {
+        list.push("not judged by this run".into());
+    }
+    if found.model != model {
+        list.push(format!("type `{}` to `{}`", catalog.get(found.model).name, catalog.get(model).name));
+    }
+    let moved_m = (found.site_from_block.translation - pose.translation).length();
+    if moved_m > SAME_MOVE * catalog.get(model).d_box_m {
+        list.push(format!("moved by {moved_m:.3} m"));
+    }
+    if turned_rad > SAME_TURN_RAD {
+        list.push(format!("turned by {:.0}°", turned_rad.to_degrees()));
+    }
+    list
 }
 
 fn decision(said: &ReviewedBlock, catalog: &Catalog, frame: &SiteFrame) -> Result<(ModelId, Pose), ReviewError> {
@@ -183,7 +223,16 @@ mod tests {
                 said(8, Verdict::Rejected, "tetrapod", 20.0),
             ],
         };
-        assert_eq!(honour(&review, &catalog, &frame, &mut blocks, &Silent), Ok(4));
+        let changes = honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
+        let told: Vec<_> = changes.iter().map(|c| (c.reviewed_block_id, c.block_id, c.changed.join(", "))).collect();
+        let expected = [
+            (1, Some(1), "not judged by this run, moved by 0.100 m"),
+            (4, None, "block 4 removed"),
+            (7, Some(7), "not judged by this run, type `tetrapod` to `cube`, moved by 0.200 m"),
+            (9, Some(8), "not found by this run"),
+            (8, None, ""),
+        ];
+        assert_eq!(told, expected.map(|(a, b, c)| (a, b, c.to_string())));
         let seen: Vec<_> =
             blocks.iter().map(|b| (b.block.0, b.model.0, b.site_from_block.translation.x, b.points.len())).collect();
         assert_eq!(seen.len(), 3);

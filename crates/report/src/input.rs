@@ -2,7 +2,7 @@
 
 use crate::Text;
 use geom::{HeightMap, Vec2, Vec3, Warning};
-use scene::{Catalog, Plan, Recognised, Survey};
+use scene::{Catalog, Plan, Recognised, Review, Survey};
 
 /// The content of one report. Start from [`ReportInput::new`] and fill in what there is.
 #[derive(Clone, Debug)]
@@ -17,6 +17,8 @@ pub struct ReportInput<'a> {
     pub catalog: &'a Catalog,
     /// Blocks found.
     pub recognised: &'a [Recognised],
+    /// The review that the blocks honour: the page's own goes on from it.
+    pub review: Option<&'a Review>,
     /// Blocks to add, if planned.
     pub plan: Option<&'a Plan>,
     /// Distance of each survey point below (+) or above (−) the design, metres; NaN where nothing is designed; or empty.
@@ -52,6 +54,7 @@ impl<'a> ReportInput<'a> {
             survey,
             catalog,
             recognised: &[],
+            review: None,
             plan: None,
             point_distance_m: &[],
             count: None,
@@ -93,6 +96,11 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// The same with what it means.
+    pub fn with_note(self, note: Text) -> Self {
+        Self { note, ..self }
+    }
+
     /// A figure without a note.
     pub fn new(label: Text, value: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { label, value: value.into(), unit: unit.into(), note: Text::default() }

@@ -6,11 +6,11 @@
 use crate::blob::{Blob, Span};
 use crate::{ReportError, ReportInput};
 use geom::{Pose, Vec3};
-use scene::{Judgement, ModelId};
+use scene::{Judgement, ModelId, Review};
 use serde::Serialize;
 
 #[derive(Serialize)]
-pub(crate) struct ViewData {
+pub(crate) struct ViewData<'a> {
     points: Points,
     models: Vec<Model>,
     found: Vec<Found>,
@@ -18,6 +18,7 @@ pub(crate) struct ViewData {
     outlines: Vec<Line>,
     origin: [f64; 3],
     rounds: u32,
+    review: Option<&'a Review>,
 }
 
 #[derive(Serialize)]
@@ -109,6 +110,7 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
             .map(|o| Line { closed: o.closed, points: o.points.iter().map(|p| p.to_array()).collect() })
             .collect(),
         origin: input.survey.frame.origin,
+        review: input.review,
         rounds: input.plan.map_or(0, |p| p.placements.iter().map(|p| p.round).max().unwrap_or(0)),
     };
     let json = serde_json::to_string(&data).map_err(|e| ReportError::Pack(e.to_string()))?;

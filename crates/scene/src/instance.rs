@@ -1,9 +1,10 @@
 //! Which point belongs to which block, before anybody knows its pose.
 
 use geom::{PointCloud, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Number of an instance; 0 in a label column means *none*.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct InstanceId(pub u32);
 
 /// A cloud with the instance of each point (0 = none).
@@ -16,7 +17,7 @@ pub struct LabelledCloud {
 }
 
 /// A place where the network expects the centre of a block. There are about two per block; the pose stage accepts or rejects.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CentreHypothesis {
     /// Expected centre of mass, local frame.
     pub centre: Vec3,
@@ -27,7 +28,7 @@ pub struct CentreHypothesis {
 }
 
 /// What segmentation hands on: every input point comes back with a label.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Segmentation {
     /// Instance of each point, 0 = none; `n` here is hypothesis `n − 1`.
     pub instance: Vec<u32>,

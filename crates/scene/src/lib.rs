@@ -23,6 +23,6 @@ pub use pile::{Ground, PlacedBlock, Scene};
 pub use plan::{Placement, PlacementState, Plan, PlanSummary};
 pub use recognised::{Judgement, Recognised};
 pub use review::{Review, ReviewedBlock, Verdict};
-pub use site::{DesignFile, GroundSpec, SiteError, SiteSpec, SurveySpec};
+pub use site::{Area, DesignFile, GroundSpec, SiteError, SiteSpec, SurveySpec};
 pub use survey::{AxisOrder, SensorKind, SiteFrame, Survey};
 pub use symmetry::SymmetryGroup;

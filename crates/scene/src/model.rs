@@ -4,7 +4,7 @@ use crate::SymmetryGroup;
 use geom::{TriMesh, Vec3};
 
 /// Index of a model in its [`Catalog`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct ModelId(pub u16);
 
 /// A convex piece of a block, given by the corners of its hull in block coordinates.

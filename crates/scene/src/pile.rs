@@ -2,9 +2,10 @@
 
 use crate::{InstanceId, ModelId};
 use geom::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// A block with a known pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlacedBlock {
     /// Number of the block.
     pub block: InstanceId,
@@ -15,7 +16,7 @@ pub struct PlacedBlock {
 }
 
 /// What the blocks lie on.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Ground {
     /// A horizontal plane at this height, metres.
     Level {
@@ -67,7 +68,7 @@ impl Ground {
 }
 
 /// Blocks on a ground.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Scene {
     /// Blocks.
     pub blocks: Vec<PlacedBlock>,

@@ -2,9 +2,10 @@
 
 use crate::ModelId;
 use geom::Pose;
+use serde::{Deserialize, Serialize};
 
 /// What became of a planned block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PlacementState {
     /// Stays in the plan.
     Kept,
@@ -39,7 +40,7 @@ impl PlacementState {
 }
 
 /// One block to place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
     /// Position in the placing order, from 1.
     pub order: u32,
@@ -60,7 +61,7 @@ pub struct Placement {
 }
 
 /// The result of planning.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Plan {
     /// Blocks that stay, in placing order.
     pub placements: Vec<Placement>,
@@ -71,7 +72,7 @@ pub struct Plan {
 }
 
 /// Figures of a plan. Distances are between the planned surface and the design surface, positive below it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanSummary {
     /// Rounds run.
     pub rounds: u32,

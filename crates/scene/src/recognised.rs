@@ -2,9 +2,10 @@
 
 use crate::{InstanceId, ModelId};
 use geom::Pose;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// What the pose stage says of a segment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Judgement {
     /// Pose and type are stated.
     Accepted,
@@ -13,7 +14,7 @@ pub enum Judgement {
 }
 
 /// One block with pose, type and how sure the program is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Recognised {
     /// Number of the block, from 1 in the result's order.
     pub block: InstanceId,
@@ -34,5 +35,16 @@ pub struct Recognised {
     /// Indices of the survey points it explains, ascending.
     pub points: Vec<u32>,
     /// Covariance of the pose from the fit: (tx, ty, tz, rx, ry, rz), m and rad, row-major 6×6; about the block's centre, site axes.
+    #[serde(serialize_with = "write_matrix", deserialize_with = "read_matrix")]
     pub covariance: [f32; 36],
+}
+
+/// Serde knows arrays of up to 32.
+fn write_matrix<S: Serializer>(matrix: &[f32; 36], to: S) -> Result<S::Ok, S::Error> {
+    matrix.as_slice().serialize(to)
+}
+
+fn read_matrix<'de, D: Deserializer<'de>>(from: D) -> Result<[f32; 36], D::Error> {
+    let values = Vec::<f32>::deserialize(from)?;
+    values.try_into().map_err(|v: Vec<f32>| de::Error::invalid_length(v.len(), &"36 numbers"))
 }

@@ -2,6 +2,7 @@
 
 use crate::design::DesignError;
 use crate::{AxisOrder, DesignSurface, SensorKind, SlopingPlane};
+use geom::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -29,6 +30,9 @@ pub struct SiteSpec {
     /// Clouds, at least one.
     #[serde(default)]
     pub survey: Vec<SurveySpec>,
+    /// The part of the surveys that is read; `None`: all of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<Area>,
     /// How high the finished works should stand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignSurface>,
@@ -51,6 +55,46 @@ pub struct SiteSpec {
 
 fn default_catalog() -> PathBuf {
     PathBuf::from("catalog.toml")
+}
+
+/// A rectangle in site coordinates, metres: what lies outside is not read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Area {
+    /// Least east coordinate.
+    pub west: f64,
+    /// Largest east coordinate.
+    pub east: f64,
+    /// Least north coordinate.
+    pub south: f64,
+    /// Largest north coordinate.
+    pub north: f64,
+}
+
+impl Area {
+    /// Lower and upper corner in the coordinates of a file whose axes run so; any height is inside.
+    pub fn corners(&self, axis_order: AxisOrder) -> [DVec3; 2] {
+        // Turning twice is turning back: the way in is the way out.
+        let turned = |x, y, z| axis_order.east_north_up(DVec3::new(x, y, z));
+        [turned(self.west, self.south, f64::NEG_INFINITY), turned(self.east, self.north, f64::INFINITY)]
+    }
+
+    /// Checks what the types cannot.
+    pub fn check(&self) -> Result<(), SiteError> {
+        for (key, value) in
+            [("area.west", self.west), ("area.east", self.east), ("area.south", self.south), ("area.north", self.north)]
+        {
+            finite(key, value)?;
+        }
+        let why = "it must lie above the opposite side";
+        if self.east <= self.west {
+            return Err(SiteError::BadValue { key: "area.east".into(), value: self.east, why });
+        }
+        if self.north <= self.south {
+            return Err(SiteError::BadValue { key: "area.north".into(), value: self.north, why });
+        }
+        Ok(())
+    }
 }
 
 /// One `[[survey]]`.
@@ -169,6 +213,7 @@ impl SiteSpec {
         for survey in &self.survey {
             survey.check(self.has_crs())?;
         }
+        self.area.iter().try_for_each(Area::check)?;
         match (&self.design, &self.design_file) {
             (Some(_), Some(_)) => return Err(SiteError::TwoDesigns),
             (Some(design), None) => design.check()?,

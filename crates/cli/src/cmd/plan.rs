@@ -3,10 +3,11 @@
 use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
 use crate::result_folder::RunFolder;
-use crate::{inputs, outputs, settings};
+use crate::{inputs, outputs, review, settings};
 use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
+use io::manifest::Manifest;
 use pipeline::{Config, Works};
 use scene::{Catalog, Placement, PlacementState, Plan, Recognised, Scene, SiteFrame};
 use serde_json::json;
@@ -79,6 +80,7 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
         }
         None => None,
     };
+    review::honoured_one(&site_dir, Manifest::load(&run_dir).ok().as_ref(), terminal)?;
     let run = RunFolder::for_writing(&args.out)?;
     let seed_number = args.seed.unwrap_or(inputs.site.spec.seed);
     let works = Works {

@@ -3,10 +3,11 @@
 use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
 use crate::result_folder::RunFolder;
-use crate::{inputs, outputs, weights};
+use crate::{inputs, outputs, review, version, weights};
 use clap::Args;
 use geom::SeedTree;
 use pipeline::Config;
+use scene::{Area, Survey};
 use std::path::PathBuf;
 
 /// Find pose and type of every block in a cloud.
@@ -24,6 +25,9 @@ pub struct RecogniseArgs {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// A review.json saved from a report: its decisions stand
+    #[arg(long, value_name = "FILE")]
+    pub review: Option<PathBuf>,
     /// How the cloud was measured
     #[command(flatten)]
     pub measured: Measured,
@@ -41,6 +45,16 @@ pub struct Measured {
     /// Where the sensor was, in the cloud's coordinates; repeat it for several places [default: straight above]
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
     pub sensor_position: Vec<[f64; 3]>,
+    /// Read only what lies in this rectangle, in the cloud's coordinates; a COPC only where it touches it
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = rectangle, allow_hyphen_values = true)]
+    pub area: Option<Area>,
+}
+
+impl Measured {
+    /// The clouds as one survey.
+    pub fn survey(&self, clouds: &[PathBuf], terminal: &Terminal) -> Result<Survey, Exit> {
+        inputs::loose_survey(clouds, self.sensor.kind(), &self.sensor_position, self.area.as_ref(), terminal)
+    }
 }
 
 /// Weights and settings.
@@ -81,9 +95,20 @@ impl Sensor {
 
 /// `x,y,z` as three numbers.
 pub fn point(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Vec<f64> =
-        text.split(',').map(|t| t.trim().parse::<f64>()).collect::<Result<_, _>>().map_err(|e| e.to_string())?;
-    <[f64; 3]>::try_from(numbers).map_err(|n| format!("{} numbers instead of x,y,z", n.len()))
+    <[f64; 3]>::try_from(numbers(text)?).map_err(|n| format!("{} numbers instead of x,y,z", n.len()))
+}
+
+/// `x0,y0,x1,y1` as a rectangle.
+fn rectangle(text: &str) -> Result<Area, String> {
+    let [west, south, east, north] =
+        <[f64; 4]>::try_from(numbers(text)?).map_err(|n| format!("{} numbers instead of x0,y0,x1,y1", n.len()))?;
+    let area = Area { west, east, south, north };
+    area.check().map_err(|e| e.to_string())?;
+    Ok(area)
+}
+
+fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    text.split(',').map(|t| t.trim().parse::<f64>()).collect::<Result<_, _>>().map_err(|e| e.to_string())
 }
 
 impl Chosen {
@@ -100,19 +125,24 @@ impl Chosen {
 pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> {
     let config = args.chosen.settings()?;
     let catalog = inputs::catalog(&args.catalog, terminal)?;
-    let survey =
-        inputs::loose_survey(&args.clouds, args.measured.sensor.kind(), &args.measured.sensor_position, terminal)?;
+    let survey = args.measured.survey(&args.clouds, terminal)?;
     let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out)?;
     let seed = SeedTree::new(args.chosen.seed);
-    let recognition = pipeline::recognise(&survey, &catalog, &weights.model, &config, seed, terminal)?;
+    let decided = match &args.review {
+        Some(file) => Some(review::of_file(file)?),
+        None => None,
+    };
+    let mut recognition = pipeline::recognise(&survey, &catalog, &weights.model, &config, seed, terminal)?;
+    let honoured = review::honour(decided.as_ref(), &catalog, &survey.frame, &mut recognition.blocks, terminal)?;
     outputs::write_segment(&run, &survey, &recognition)?;
     let summary = outputs::write_recognise(&run, &survey, &recognition, &catalog)?;
     io::atomic::write_bytes(&run.picture(), &crate::page::picture(&survey, &catalog, &recognition.blocks)?)?;
     let config = serde_json::to_value(&config)?;
-    let mut manifest = io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), args.chosen.seed, config);
-    manifest.notes.insert("weights".into(), weights.origin.as_str().into());
-    for file in args.clouds.iter().chain(std::iter::once(&args.catalog)) {
+    let mut manifest = io::manifest::Manifest::new(version::STAMP, args.chosen.seed, config);
+    weights.record(&mut manifest);
+    honoured.iter().for_each(|h| h.record(&mut manifest));
+    for file in args.clouds.iter().chain(std::iter::once(&args.catalog)).chain(&args.review) {
         manifest.add_input(file.file_name().map_or(file.as_path(), |n| n.as_ref()), file)?;
     }
     manifest.seal(run.root())?;

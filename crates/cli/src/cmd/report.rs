@@ -5,9 +5,10 @@ use crate::exit::{Exit, OrBadInput};
 use crate::page::{self, PageInput};
 use crate::progress::Terminal;
 use crate::result_folder::RunFolder;
-use crate::{cmd, inputs};
+use crate::{cmd, inputs, review};
 use anyhow::anyhow;
 use clap::Args;
+use io::manifest::Manifest;
 use pipeline::Works;
 use report::Text;
 use scene::{Recognised, Scene};
@@ -55,11 +56,8 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         Scene { blocks: pipeline::placed_blocks(&blocks), ground: pipeline::ground_of(&works, &config, terminal) };
     let plan = cmd::plan::earlier_plan(&run.placements(), catalog, &survey.frame)?;
     let drawings = Drawings::of(&works, &pile, &plan);
-    let manifest = io::manifest::Manifest::load(run.root()).ok();
-    let provenance = manifest.map(|m| {
-        let weights = m.notes.get("weights").and_then(Value::as_str).unwrap_or("–").to_string();
-        provenance(m.seed, &weights)
-    });
+    let manifest = Manifest::load(run.root()).ok();
+    let honoured = review::honoured_one(&site_dir, manifest.as_ref(), terminal)?;
     let page = page::page(&PageInput {
         title: &inputs.site.spec.name,
         works: &works,
@@ -68,7 +66,8 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         drawings: &drawings,
         recognised: &json_file(&run.recognise_summary())?,
         planned: &json_file(&run.plan_summary())?,
-        provenance: provenance.unwrap_or_default(),
+        review: honoured.as_ref(),
+        provenance: manifest.as_ref().map(provenance).unwrap_or_default(),
         warnings: terminal.warnings(),
     })?;
     let out = args.out.clone().unwrap_or_else(|| run.report());
@@ -78,12 +77,19 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
 }
 
 /// What identifies a run on its report.
-pub fn provenance(seed: u64, weights: &str) -> Vec<(Text, String)> {
-    vec![
-        (Text::new("Program", "プログラム"), format!("tsumu {}", env!("CARGO_PKG_VERSION"))),
-        (Text::new("Seed", "乱数の種"), seed.to_string()),
+pub fn provenance(manifest: &Manifest) -> Vec<(Text, String)> {
+    let weights = manifest.notes.get("weights").and_then(Value::as_str).unwrap_or("–");
+    let mut rows = vec![
+        (Text::new("Program", "プログラム"), format!("tsumu {}", manifest.version)),
+        (Text::new("Seed", "乱数の種"), manifest.seed.to_string()),
         (Text::new("Network weights", "ネットワークの重み"), weights.to_string()),
-    ]
+    ];
+    rows.extend(review::provenance(manifest));
+    for (name, entry) in &manifest.inputs {
+        let label = Text::new(format!("Input {name}"), format!("入力 {name}"));
+        rows.push((label, format!("{} bytes, BLAKE3 {}…", entry.bytes, entry.blake3.get(..16).unwrap_or_default())));
+    }
+    rows
 }
 
 fn json_file(path: &Path) -> Result<Value, Exit> {

@@ -1,23 +1,26 @@
 //! `tsumu run`: all stages for one site.
 
 use crate::drawings::Drawings;
-use crate::exit::Exit;
+use crate::exit::{Exit, OrBadInput};
+use crate::kept::Kept;
 use crate::page::{self, PageInput};
 use crate::progress::Terminal;
 use crate::result_folder::RunFolder;
-use crate::{cmd, inputs, outputs, review, settings, weights};
+use crate::{cmd, inputs, outputs, review, settings, version, weights};
 use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
+use io::manifest::Manifest;
 use pipeline::Works;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Everything for one site: segment, recognise, plan, report.
 ///
 /// Reads SITE_DIR/site.toml and leaves a run folder with the recognised blocks, the stacking plan and
-/// report.html, which opens by double click.
+/// report.html, which opens by double click. A run that was interrupted goes on from its last finished part when the
+/// same command is given again, and ends as if it had not been.
 #[derive(Debug, Args)]
 pub struct RunArgs {
     /// Folder with site.toml, its catalogue and surveys
@@ -59,10 +62,21 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     let run = RunFolder::for_writing(&args.out.clone().unwrap_or_else(|| site.folder.join("run")))?;
     let seed_number = args.seed.unwrap_or(site.spec.seed);
     let seed = SeedTree::new(seed_number);
+    let mut manifest = Manifest::new(version::STAMP, seed_number, serde_json::to_value(&config)?);
+    weights.record(&mut manifest);
+    manifest.inputs = inputs.hashes.iter().map(|(name, entry)| (io::manifest::portable(name), entry.clone())).collect();
+    if decided.is_some() {
+        manifest.add_input(Path::new(io::review::FILE), &site.folder.join(io::review::FILE))?;
+    }
+    let kept = Kept::open(run.root(), manifest.key(&this_program()), terminal)?;
     clock.lap("read");
 
-    let mut recognition = pipeline::recognise(survey, catalog, &weights.model, &config, seed, terminal)?;
-    review::honour(decided.as_ref(), catalog, &survey.frame, &mut recognition.blocks, terminal)?;
+    let segments = kept
+        .part("segment", || pipeline::segment_foreground(survey, catalog, &weights.model, &config, seed, terminal))?;
+    clock.lap("segment");
+    let mut recognition =
+        kept.part("recognise", || pipeline::recognise_segments(survey, catalog, segments, &config, seed, terminal))?;
+    let honoured = review::honour(decided.as_ref(), catalog, &survey.frame, &mut recognition.blocks, terminal)?;
     clock.lap("recognise");
     outputs::write_segment(&run, survey, &recognition)?;
     let recognised = outputs::write_recognise(&run, survey, &recognition, catalog)?;
@@ -78,15 +92,18 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         design: &design,
         ground: inputs::ground(site, survey),
     };
-    let (pile, plan) = pipeline::plan_works(&works, &config, seed, terminal)?;
-    let range = cmd::plan::range(&works, &pile, &config, seed, terminal)?;
+    let (pile, plan) = kept.part("plan", || pipeline::plan_works(&works, &config, seed, terminal))?;
     clock.lap("plan");
+    let range = kept.part("range", || cmd::plan::range(&works, &pile, &config, seed, terminal))?;
+    clock.lap("range");
     let planned = outputs::write_plan(&run, &works, &plan, range)?;
     cmd::plan::say(&planned, terminal);
 
     let drawings = Drawings::of(&works, &pile, &plan);
     drawings.export(&run.exports(), &site.spec.name, &works, &plan, seed_number)?;
     clock.lap("exports");
+    honoured.iter().for_each(|h| h.record(&mut manifest));
+    manifest.notes.insert("warnings".into(), json!(terminal.warnings()));
     let page = page::page(&PageInput {
         title: &site.spec.name,
         works: &works,
@@ -95,29 +112,29 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         drawings: &drawings,
         recognised: &recognised,
         planned: &planned,
-        provenance: cmd::report::provenance(seed_number, &weights.origin),
+        review: decided.as_ref(),
+        provenance: cmd::report::provenance(&manifest),
         warnings: terminal.warnings(),
     })?;
     io::atomic::write_bytes(&run.report(), page.html.as_bytes())?;
     io::atomic::write_bytes(&run.picture(), &page.png)?;
     clock.lap("report");
 
-    let resolved = toml::to_string(&config)?;
-    io::atomic::write_bytes(&run.config(), resolved.as_bytes())?;
-    let mut manifest =
-        io::manifest::Manifest::new(env!("CARGO_PKG_VERSION"), seed_number, serde_json::to_value(&config)?);
-    manifest.notes.insert("weights".into(), weights.origin.as_str().into());
-    manifest.notes.insert("warnings".into(), json!(terminal.warnings()));
-    for name in site.inputs() {
-        manifest.add_input(&name, &site.folder.join(&name))?;
-    }
-    review::record(decided.as_ref(), &site.folder, &mut manifest)?;
+    io::atomic::write_bytes(&run.config(), toml::to_string(&config)?.as_bytes())?;
+    manifest.check_inputs(&site.folder).or_bad_input()?;
     manifest.seal(run.root())?;
     clock.lap("manifest");
     outputs::write_json(&run.timing(), &clock.json())?;
+    kept.finish()?;
     terminal.emit("run", json!({ "recognised": recognised, "planned": planned, "folder": run.root() }));
     terminal.say(format!("open {}", run.report().display()));
     Ok(())
+}
+
+/// What tells this build from another of the same version: the program file's own hash.
+fn this_program() -> String {
+    let entry = std::env::current_exe().ok().and_then(|path| io::manifest::entry(&path).ok());
+    entry.map_or_else(|| version::STAMP.into(), |e| e.blake3)
 }
 
 /// Wall time of each part of a run.

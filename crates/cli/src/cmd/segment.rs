@@ -41,7 +41,7 @@ pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<(), Exit> {
     let config = args.chosen.settings()?;
     let catalog = inputs::catalog(&args.catalog, terminal)?;
     let files = std::slice::from_ref(&args.cloud);
-    let survey = inputs::loose_survey(files, args.measured.sensor.kind(), &args.measured.sensor_position, terminal)?;
+    let survey = args.measured.survey(files, terminal)?;
     let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
     let seed = SeedTree::new(args.chosen.seed);
     let segmentation =

@@ -138,3 +138,28 @@ fn usage() {
     assert_eq!(tsumu(&["--version"]).code, 0);
     assert_eq!(tsumu(&["run", "x", "--threads", "0"]).code, 2);
 }
+
+#[test]
+fn an_area_takes_its_part_of_the_survey() {
+    let area = |west: f64, east: f64| {
+        let lines =
+            format!("[area]\nwest = {west:?}\neast = {east:?}\nsouth = -98770.0\nnorth = -98750.0\n\n[[survey]]");
+        site_with(&SITE.replace("[[survey]]", &lines))
+    };
+    refused(area(0.0, 1.0).path(), &["survey.laz", "none of its points", "east 0 to 1"]);
+    refused(area(41253.0, 41247.0).path(), &["site.toml", "area.east"]);
+    let (folder, out) = (copy(), tempfile::tempdir().unwrap());
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let labelled = out.path().join("part.ply").to_string_lossy().into_owned();
+    let rectangle = "41247,-98770,41250,-98750";
+    let catalog = at("catalog.toml");
+    let args = ["segment", &at("survey.laz"), "--catalog", &catalog, "--out", &labelled, "--area", rectangle, "--json"];
+    let said = crate::site::ok(&args).out;
+    let points = |said: &str| {
+        let line = said.lines().find(|l| l.contains("\"segmented\"")).unwrap().to_string();
+        serde_json::from_str::<serde_json::Value>(&line).unwrap()["value"]["points"].as_u64().unwrap()
+    };
+    let whole = crate::site::ok(&[&args[..6], &["--json"]].concat()).out;
+    assert!(points(&said) > 100 && points(&said) < points(&whole) * 3 / 4);
+    assert_eq!(tsumu(&[&args[..6], &["--area", "1,2,3"]].concat()).code, 2);
+}

@@ -30,6 +30,15 @@ fn completions_and_man_pages() {
 }
 
 #[test]
+fn the_version_names_the_build() {
+    let long = ok(&["--version"]).out;
+    for word in ["tsumu 0.", "commit:", "features:", "target:"] {
+        assert!(long.contains(word), "{long}");
+    }
+    assert_eq!(ok(&["-V"]).out.lines().count(), 1);
+}
+
+#[test]
 fn no_arguments_show_the_help() {
     let ran = tsumu::<&str>(&[]);
     assert_eq!(ran.code, 2);

@@ -4,5 +4,8 @@ mod architecture;
 mod bad_input;
 mod dataset;
 mod help;
+mod killed;
+mod no_room;
+mod reviewed;
 mod site;
 mod tiny_site;

@@ -137,7 +137,7 @@ fn a_design_comes_from_landxml_dxf_and_geotiff() {
     use scene::AxisOrder;
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    io::landxml::write(&at("a.xml"), "p", "EPSG:6679", &[("design", &crate::sample::tin())]).unwrap();
+    io::landxml::write(&at("a.xml"), "p", "EPSG:6679", &[crate::sample::surface("design")]).unwrap();
     let face = |p: [[f64; 3]; 4]| {
         let pairs: String =
             (0..4).flat_map(|i| (0..3).map(move |k| format!("{}\n{}\n", 10 + 10 * k + i, p[i][k]))).collect();

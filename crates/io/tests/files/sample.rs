@@ -121,3 +121,8 @@ pub fn tin() -> Tin {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     }
 }
+
+/// The same as a surface to write.
+pub fn surface(name: &str) -> io::landxml::Surface {
+    io::landxml::Surface { name: name.into(), note: "a \"sample\" < 1".into(), tin: tin() }
+}

@@ -35,11 +35,14 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("copc.laz", foreign::copc()),
         ("laz", foreign::copc()),
         ("tif", written("a.tif", &|p| io::geotiff::write(p, &sample::raster(), "EPSG:6679").unwrap())),
-        ("xml", io::landxml::text("a", "EPSG:6679", &[("design", &sample::tin())]).into_bytes()),
+        ("xml", io::landxml::text("a", "EPSG:6679", &[sample::surface("design")]).into_bytes()),
         ("dxf", io::dxf::text(&sample::sample().drawing()).into_bytes()),
         ("blocks.csv", BLOCKS.into()),
         ("placements.csv", PLACEMENTS.into()),
         ("site.toml", SITE.into()),
+        ("catalog.toml", CATALOG.into()),
+        ("review.json", REVIEW.into()),
+        ("manifest.json", MANIFEST.into()),
     ]
 }
 
@@ -146,3 +149,6 @@ fn old_laz() -> Vec<u8> {
 const BLOCKS: &str = "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz,occlusion,confidence,fitness_m,runner_up,runner_up_fitness_m\n1,tetrapod,-35600.25,-12300.5,1.5,1,0,0,0,0.25,0.9,0.01,cube,0.2\n2,\"a, b\",1,2,3,0.6,0.8,0,0,0.5,,,,\n";
 const PLACEMENTS: &str = "order,round,model,drop_x_m,drop_y_m,drop_z_m,drop_qw,drop_qx,drop_qy,drop_qz,rest_x_m,rest_y_m,rest_z_m,rest_qw,rest_qx,rest_qy,rest_qz,filled_m3,contacts,state\n1,1,cube,1,2,3,1,0,0,0,1,2,2.5,0.6,0.8,0,0,1.25,3,kept\n";
 const SITE: &str = "name = \"a\"\ncrs = \"EPSG:6679\"\nseed = 7\n[[survey]]\nfile = \"s.laz\"\nvertical_offset_m = 0.0\n[design]\nkind = \"section\"\nalignment = [[0.0, 0.0], [15.0, 0.0]]\ncrest_level_m = 4.0\ncrest_width_m = 6.0\nleft_slope_m = 1.5\nright_slope_m = 1.5\ntoe_level_m = -2.0\n";
+const CATALOG: &str = "[[block]]\nname = \"tetrapod-2m\"\nshape = { kind = \"tetrapod\", size = 2.0 }\ndensity_kg_m3 = 2300.0\n\n[[block]]\nname = \"own\"\nmesh = \"own.stl\"\nunit = \"mm\"\n";
+const REVIEW: &str = "{\n\"format\": 1,\n\"reviewer\": \"Sato\",\n\"blocks\": [{\"block_id\": 3, \"verdict\": \"rejected\", \"model\": \"tetrapod\", \"x_m\": -62000.5, \"y_m\": 1.0, \"z_m\": 2, \"qw\": 1, \"qx\": 0, \"qy\": 0, \"qz\": 0, \"fitness_m\": 0.02, \"occlusion\": 0.4, \"note\": \"seen\"}]\n}\n";
+const MANIFEST: &str = "{\n\"format\": 1,\n\"version\": \"0.1.0\",\n\"seed\": 7,\n\"config\": {\"plan\": {\"policy\": \"search\", \"v\": [1.5, null]}},\n\"notes\": {\"weights\": \"shipped\"},\n\"inputs\": {\"site.toml\": {\"bytes\": 12, \"blake3\": \"00\"}},\n\"outputs\": {\"plan/placements.csv\": {\"bytes\": 3, \"blake3\": \"ff\"}}\n}\n";

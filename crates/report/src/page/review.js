@@ -4,6 +4,7 @@ class Review {
   constructor(viewer) {
     this.viewer = viewer;
     this.decisions = new Map();
+    this.elsewhere = []; // decisions about blocks this run does not show, rejected ones above all: they stay in the file
     this.block = null;
     byId("review").hidden = !viewer.data.found.length;
     byId("review-model").replaceChildren(...viewer.data.models.map((m, i) => new Option(m.name, i)));
@@ -18,6 +19,7 @@ class Review {
     viewer.canvas.addEventListener("keydown", e => { if (this.block && e.key === "a") this.decide("accepted"); if (this.block && e.key === "x") this.decide("rejected"); });
     document.addEventListener("language", () => this.show());
     window.addEventListener("beforeunload", e => { if (this.unsaved) e.preventDefault(); });
+    if (viewer.data.review) this.adopt(viewer.data.review);
     this.choose(0);
   }
   choose(number) {
@@ -47,8 +49,9 @@ class Review {
       row.classList.toggle("rejected", said?.verdict === "rejected");
     });
     const n = this.decisions.size, said = this.block && this.decisions.get(this.block.id);
-    byId("review-count").textContent = words(`${n} reviewed`, `確認済 ${n}`);
-    byId("review-save").disabled = !n;
+    const more = this.elsewhere.length;
+    byId("review-count").textContent = words(`${n} reviewed`, `確認済 ${n}`) + (more ? words(`, ${more} not shown here`, `、表示外 ${more}`) : "");
+    byId("review-save").disabled = !(n + more);
     byId("review-accept").setAttribute("aria-pressed", said?.verdict === "accepted");
     byId("review-reject").setAttribute("aria-pressed", said?.verdict === "rejected");
   }
@@ -58,7 +61,7 @@ class Review {
       const [x_m, y_m, z_m] = [x, y, z].map((v, i) => v + data.origin[i]);
       return { block_id: b.id, verdict, model: data.models[model].name, x_m, y_m, z_m, qw, qx, qy, qz, fitness_m: b.fitness_m, occlusion: b.occlusion, note };
     });
-    return JSON.stringify({ format: 1, reviewer: byId("review-by").value, blocks }, null, 1) + "\n";
+    return JSON.stringify({ format: 1, reviewer: byId("review-by").value, blocks: [...blocks, ...this.elsewhere] }, null, 1) + "\n";
   }
   save() {
     const link = document.createElement("a");
@@ -68,19 +71,27 @@ class Review {
     URL.revokeObjectURL(link.href);
     this.unsaved = false;
   }
+  // Takes over the decisions of a file or of the run itself. Numbers change from run to run: a block is known by its place.
+  adopt(review) {
+    const { data } = this.viewer;
+    byId("review-by").value = review.reviewer || "";
+    for (const b of review.blocks) {
+      const model = data.models.findIndex(m => m.name === b.model);
+      const pose = [b.qx, b.qy, b.qz, b.qw, ...[b.x_m, b.y_m, b.z_m].map((v, i) => v - data.origin[i])];
+      const centre = model < 0 ? null : this.viewer.centre({ model, pose });
+      const far = f => Math.hypot(...this.viewer.centre(f).map((v, i) => v - centre[i]));
+      const here = centre && data.found.filter(f => far(f) < 0.4 * data.models[model].radius).sort((f, g) => far(f) - far(g))[0];
+      if (here) this.decisions.set(here.id, { verdict: b.verdict, model, note: b.note || "" });
+      else this.elsewhere.push(b);
+    }
+  }
   async open(input) {
     try {
       const review = JSON.parse(await input.files[0].text());
       if (review.format !== 1) throw new Error(`format ${review.format}`);
-      byId("review-by").value = review.reviewer || "";
-      let missing = 0;
-      for (const b of review.blocks) {
-        const model = this.viewer.data.models.findIndex(m => m.name === b.model);
-        if (model < 0 || !this.viewer.data.found.some(f => f.id === b.block_id)) missing++;
-        else this.decisions.set(b.block_id, { verdict: b.verdict, model, note: b.note || "" });
-      }
+      this.elsewhere = [];
+      this.adopt(review);
       this.choose(this.viewer.state.chosen);
-      if (missing) byId("review-count").textContent += words(`, ${missing} of another run`, `、別の計算の ${missing} 件は対象外`);
     } catch (error) {
       byId("review-count").textContent = words(`not a review: ${error.message}`, `読み込めません: ${error.message}`);
     }

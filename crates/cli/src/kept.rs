@@ -1,0 +1,160 @@
+//! Finished parts of a run, kept in its folder until the run is whole: a run that was killed goes on from the last.
+//!
+//! In: the name of a part and the work that makes it. Out: its value, from the folder when it was made there from the
+//! same inputs with the same settings and seed by the same program, or else made now. A part is written whole or not
+//! at all, with its hash; what cannot be read, or belongs to another key, is made again. The folder is locked while
+//! it is written: two runs at once would mix their files.
+
+use crate::exit::Exit;
+use crate::progress::Terminal;
+use anyhow::anyhow;
+use io::IoError;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+/// Both begin with the mark of work in hand: manifests pass over them.
+const FOLDER: &str = ".tsumu-resume";
+const LOCK: &str = ".tsumu-lock";
+const HASH_BYTES: usize = 32;
+
+/// The parts of the run that is being made.
+pub struct Kept<'a> {
+    root: PathBuf,
+    folder: PathBuf,
+    key: String,
+    terminal: &'a Terminal,
+    _lock: File,
+}
+
+#[derive(Serialize)]
+struct Written<'v, T> {
+    key: &'v str,
+    warnings: &'v [String],
+    value: &'v T,
+}
+
+#[derive(Deserialize)]
+struct Read<T> {
+    key: String,
+    warnings: Vec<String>,
+    value: T,
+}
+
+impl<'a> Kept<'a> {
+    /// Locks a run folder and clears what killed writes have left there. `key` stands for everything the parts follow from.
+    pub fn open(root: &Path, key: String, terminal: &'a Terminal) -> Result<Self, Exit> {
+        let folder = root.join(FOLDER);
+        fs::create_dir_all(&folder).map_err(|source| os("write", &folder, source))?;
+        let path = root.join(LOCK);
+        let lock = File::create(&path).map_err(|source| os("write", &path, source))?;
+        // File systems without locks exist; they are not refused.
+        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
+            return Err(Exit::bad_input(anyhow!(
+                "{}: another run is writing there; wait for it, or choose another folder with --out",
+                root.display()
+            )));
+        }
+        io::atomic::clear_aside(root)?;
+        Ok(Self { root: root.to_path_buf(), folder, key, terminal, _lock: lock })
+    }
+
+    /// The value of a part: kept, or made by `work` and kept from now on. Its warnings come either way.
+    pub fn part<T: Serialize + DeserializeOwned, E: Into<Exit>>(
+        &self,
+        name: &str,
+        work: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, Exit> {
+        let path = self.folder.join(name);
+        if let Some(kept) = self.read(&path) {
+            kept.warnings.into_iter().for_each(|w| self.terminal.warn_again(w));
+            self.terminal.emit("kept", json!({ "part": name }));
+            self.terminal.say(format!("{name}: kept from the run that was interrupted"));
+            return Ok(kept.value);
+        }
+        let before = self.terminal.warnings().len();
+        let value = work().map_err(Into::into)?;
+        let warnings = &self.terminal.warnings()[before..];
+        let mut bytes = vec![0; HASH_BYTES];
+        ciborium::into_writer(&Written { key: &self.key, warnings, value: &value }, &mut bytes)?;
+        let hash = io::manifest::hash(&bytes[HASH_BYTES..]);
+        bytes[..HASH_BYTES].copy_from_slice(&hash);
+        io::atomic::write_bytes(&path, &bytes)?;
+        self.terminal.emit("keeping", json!({ "part": name }));
+        Ok(value)
+    }
+
+    fn read<T: DeserializeOwned>(&self, path: &Path) -> Option<Read<T>> {
+        let bytes = fs::read(path).ok()?;
+        let (hash, content) = bytes.split_at_checked(HASH_BYTES)?;
+        if hash != io::manifest::hash(content) {
+            return None;
+        }
+        ciborium::from_reader(content).ok().filter(|kept: &Read<T>| kept.key == self.key)
+    }
+
+    /// The run is whole: the parts go.
+    pub fn finish(self) -> Result<(), Exit> {
+        Ok(fs::remove_dir_all(&self.folder).map_err(|source| os("write", &self.folder, source))?)
+    }
+}
+
+/// The lock goes with the run, and with a run that left nothing goes its folder. Failing to tidy is no failure.
+impl Drop for Kept<'_> {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(self.root.join(LOCK));
+        let _ = fs::remove_dir(&self.folder);
+        let _ = fs::remove_dir(&self.root);
+    }
+}
+
+fn os(doing: &'static str, path: &Path, source: std::io::Error) -> IoError {
+    IoError::Os { path: path.into(), doing, source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn terminal() -> Terminal {
+        Terminal::new(&crate::args::Output { verbose: 0, json: false, quiet: true, threads: None })
+    }
+
+    fn made(kept: &Kept, value: f32) -> (f32, bool) {
+        let mut worked = false;
+        let got = kept.part("a", || {
+            worked = true;
+            Ok::<_, Exit>(value)
+        });
+        (got.unwrap(), worked)
+    }
+
+    #[test]
+    fn a_part_is_made_once_for_a_key() {
+        let (folder, terminal) = (tempfile::tempdir().unwrap(), terminal());
+        let run = folder.path().join("run");
+        let open = |key: &str| Kept::open(&run, key.into(), &terminal).unwrap();
+        assert_eq!(made(&open("one"), 0.1), (0.1, true));
+        assert_eq!(made(&open("one"), 0.2), (0.1, false));
+        assert_eq!(made(&open("two"), 0.3), (0.3, true));
+        // Damage is noticed.
+        let path = run.join(FOLDER).join("a");
+        let mut bytes = fs::read(&path).unwrap();
+        *bytes.last_mut().unwrap() ^= 1;
+        fs::write(&path, bytes).unwrap();
+        assert_eq!(made(&open("two"), 0.4), (0.4, true));
+        open("two").finish().unwrap();
+        assert!(!run.exists(), "an empty run folder goes");
+    }
+
+    #[test]
+    fn two_runs_do_not_write_one_folder() {
+        let (folder, terminal) = (tempfile::tempdir().unwrap(), terminal());
+        let first = Kept::open(folder.path(), "one".into(), &terminal).unwrap();
+        let message = Kept::open(folder.path(), "one".into(), &terminal).err().unwrap().line();
+        assert!(message.contains("another run"), "{message}");
+        drop(first);
+    }
+}
