@@ -20,7 +20,8 @@ EXPORTS = RUN / "exports"
 def same(what, a, b):
     if a != b:
         sys.exit(f"{what}: {a} instead of {b}")
-    print(f"  {what}: {a}")
+    shown = str(a)
+    print(f"  {what}: {shown if len(shown) < 100 else shown[:97] + '…'}")
 
 
 def table(name):
@@ -129,14 +130,15 @@ def surfaces(rasters):
         for corners in points[faces]:
             north, east, up = corners.T
             column, row = ~transform * (east, north)
-            column, row = column - 0.5, row - 0.5  # middles of cells
-            i = np.arange(np.ceil(column.min() - 1e-6), np.floor(column.max() + 1e-6) + 1)
-            j = np.arange(np.ceil(row.min() - 1e-6), np.floor(row.max() + 1e-6) + 1)
+            # Points lie on middles of cells, in whole millimetres.
+            column, row = np.rint(column - 0.5), np.rint(row - 0.5)
+            i = np.arange(column.min(), column.max() + 1)
+            j = np.arange(row.min(), row.max() + 1)
             x, y = (g.ravel() for g in np.meshgrid(i, j))
             area = (column[1] - column[0]) * (row[2] - row[0]) - (column[2] - column[0]) * (row[1] - row[0])
             b = ((x - column[0]) * (row[2] - row[0]) - (column[2] - column[0]) * (y - row[0])) / area
             c = ((column[1] - column[0]) * (y - row[0]) - (x - column[0]) * (row[1] - row[0])) / area
-            inside = (b > -1e-4) & (c > -1e-4) & (b + c < 1 + 1e-4)
+            inside = (b > -1e-9) & (c > -1e-9) & (b + c < 1 + 1e-9)
             level = (up[0] + b * (up[1] - up[0]) + c * (up[2] - up[0]))[inside]
             truth = value[y[inside].astype(int), x[inside].astype(int)]
             worst, cells = max(worst, float(np.abs(level - truth).max())), cells + int(inside.sum())

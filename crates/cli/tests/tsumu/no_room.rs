@@ -55,7 +55,9 @@ fn a_disk_that_fills_up_leaves_no_half_file() {
         let line = said.lines().find(|l| l.starts_with("tsumu: ")).unwrap_or_else(|| panic!("{said}"));
         assert!(line.contains("cannot write") && line.contains(&text(&run)), "{line}");
         stopped_in.insert(line.to_string());
-        for (name, content) in files(&run) {
+        // A run that kept nothing leaves no folder.
+        let left = if run.exists() { files(&run) } else { Vec::new() };
+        for (name, content) in left {
             assert!(!name.to_string_lossy().ends_with(".part"), "{} was left behind", name.display());
             if let Some((_, whole)) = reference.iter().find(|r| r.0 == name) {
                 assert!(content == *whole, "{} is neither whole nor absent", name.display());
