@@ -35,15 +35,31 @@ impl Chosen {
 /// The user's weights (a file, or the folder of a training), or the shipped ones that suit the catalogue.
 pub fn choose(path: Option<&Path>, catalog: &Catalog, observer: &dyn Observer) -> Result<Chosen, Exit> {
     let (model, from, file) = match path {
-        Some(path) => {
-            let file: PathBuf = if path.is_dir() { path.join(MODEL_FILE) } else { path.to_path_buf() };
-            let model = SegmentModel::load(&file).with_context(|| file.display().to_string()).or_bad_input()?;
-            (model, "of your own", Some(io::manifest::entry(&file)?))
-        }
+        Some(path) if is_shipped(path) => (load(path)?, "shipped", None),
+        Some(path) => (load(path)?, "of your own", Some(io::manifest::entry(&weights_file(path))?)),
         None => (SegmentModel::shipped(catalog).or_bad_input()?, "shipped", None),
     };
     let description = &model.description;
     let origin = format!("{} ({from}, {} steps)", description.name, description.steps);
     observer.event(Event::Noted { stage: "segment", message: format!("weights: {origin}") });
     Ok(Chosen { model, origin, file })
+}
+
+/// Shipped weights by name, a weights file, or the folder of a training.
+pub fn load(path: &Path) -> Result<SegmentModel, Exit> {
+    if is_shipped(path) {
+        let name = path.to_str().expect("shipped names are ASCII");
+        return SegmentModel::shipped_as(name).expect("it was just found").or_bad_input();
+    }
+    let file = weights_file(path);
+    SegmentModel::load(&file).with_context(|| file.display().to_string()).or_bad_input()
+}
+
+/// A name of shipped weights, unless a file or folder is called so.
+fn is_shipped(path: &Path) -> bool {
+    !path.exists() && path.to_str().is_some_and(|name| SegmentModel::shipped_as(name).is_some())
+}
+
+fn weights_file(path: &Path) -> PathBuf {
+    if path.is_dir() { path.join(MODEL_FILE) } else { path.to_path_buf() }
 }

@@ -23,7 +23,21 @@ pub fn to_bytes<M: Module>(module: &M, metadata: &BTreeMap<String, String>) -> R
         store = store.metadata(key, value);
     }
     store.collect_from(module).map_err(|e| WeightsError::Format(e.to_string()))?;
-    store.get_bytes().map_err(|e| WeightsError::Format(e.to_string()))
+    let bytes = store.get_bytes().map_err(|e| WeightsError::Format(e.to_string()))?;
+    sorted_header(&bytes)
+}
+
+/// The same file with the keys of its header in order: the library writes them as a hash map has them, so that equal
+/// weights would give different bytes.
+fn sorted_header(bytes: &[u8]) -> Result<Vec<u8>, WeightsError> {
+    let length = u64::from_le_bytes(bytes[..8].try_into().expect("the library wrote a header")) as usize;
+    // A JSON object of this library is ordered by key.
+    let mut text = header(bytes)?.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(8), b' ');
+    let mut out = (text.len() as u64).to_le_bytes().to_vec();
+    out.extend(text);
+    out.extend(&bytes[8 + length..]);
+    Ok(out)
 }
 
 /// The text pairs of the header.

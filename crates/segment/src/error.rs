@@ -51,6 +51,14 @@ pub enum SegmentError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// A training folder of other settings.
+    #[error("{folder} holds a training with another `{key}`; give the same recipes and options, or another folder")]
+    OtherTraining {
+        /// The folder.
+        folder: String,
+        /// The setting that differs.
+        key: String,
+    },
     /// The scene source failed while training.
     #[error("no training scene {index}: {message}")]
     Scene {
@@ -59,6 +67,9 @@ pub enum SegmentError {
         /// The source's message.
         message: String,
     },
+    /// No graphics card.
+    #[error(transparent)]
+    Processor(#[from] net::ProcessorError),
     /// No thread for a replica.
     #[error("no thread for training: {0}")]
     Threads(String),

@@ -5,6 +5,7 @@
 //! neighbours in feature space; joined, a global maximum, two heads. The authors' frozen batch normalisation is left
 //! out, not copied. Runs as tensor operations on any device.
 
+use crate::fpccv2::Output;
 use geom::{Bounds, SeedTree, Vec3, knn};
 use net::burn::nn::{Linear, LinearConfig};
 use net::burn::tensor::activation::{relu, sigmoid};
@@ -39,7 +40,11 @@ impl Default for FpccConfig {
 
 /// The six input numbers of every point of a scene.
 pub fn inputs(position: &[Vec3]) -> Vec<[f32; 6]> {
-    let bounds = Bounds::of(position.iter().copied());
+    inputs_in(position, &Bounds::of(position.iter().copied()))
+}
+
+/// The same for some points of a scene with these bounds.
+pub fn inputs_in(position: &[Vec3], bounds: &Bounds) -> Vec<[f32; 6]> {
     // A scene without extent along an axis is at 0 of it.
     let size = bounds.size().max(Vec3::splat(f32::MIN_POSITIVE));
     position
@@ -71,6 +76,16 @@ pub struct FpccOutput {
     pub embedding: Tensor<2>,
     /// Centre score, `[n, 1]`.
     pub centre: Tensor<2>,
+}
+
+impl From<FpccOutput> for Output {
+    /// FPCC votes for nothing and knows no ground: those parts are zeros that no loss should weigh.
+    fn from(output: FpccOutput) -> Self {
+        let (n, device) = (output.centre.dims()[0], output.centre.device());
+        let zeros = |width: usize| Tensor::<2>::zeros([n, width], &device);
+        let (offset, log_error, block) = (zeros(3), zeros(1), zeros(1));
+        Self { embedding: output.embedding, centre: output.centre, offset, log_error, block }
+    }
 }
 
 /// An edge convolution: [x_i, x_j − x_i] → linear → relu (→ linear → relu) → maximum over j.

@@ -80,6 +80,17 @@ impl FpccV2 {
         (trace.backward(self, &loss, device), report)
     }
 
+    /// The same by tensor operations alone, on any device; on a CPU much slower.
+    pub fn gradients_by_tensors<T>(
+        &self,
+        hood: &Neighbourhood,
+        device: &Device,
+        loss: impl FnOnce(Output) -> (Tensor<1>, T),
+    ) -> (GradientsParams, T) {
+        let (loss, report) = loss(self.heads(self.backbone.forward_tensors(hood, device)));
+        (GradientsParams::from_grads(loss.backward(), self), report)
+    }
+
     fn heads(&self, features: Tensor<2>) -> Output {
         let embedding = relu(self.embedding.forward(features.clone())); // [n, 128]
         let centre = sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features.clone())))); // [n, 1]
@@ -98,15 +109,20 @@ impl FpccV2 {
 mod tests {
     use super::*;
     use crate::SegmentModel;
+    use crate::network::{Network, NetworkConfig};
     use crate::tile::neighbourhood;
     use net::floats;
 
     #[test]
     fn forward_equals_the_numpy_reference() {
         let model = SegmentModel::from_bytes(include_bytes!("../tests/golden/fpccv2.safetensors")).unwrap();
-        let hood = neighbourhood(crate::golden::points(), &model.description.network.backbone);
+        let (NetworkConfig::FpccV2(config), Network::FpccV2(network)) = (&model.description.network, &model.network)
+        else {
+            panic!("the golden file holds a FPCCv2")
+        };
+        let hood = neighbourhood(crate::golden::points(), &config.backbone);
         let device = Device::flex();
-        let out = model.network.infer(&hood, &device);
+        let out = network.infer(&hood, &device);
         let parts =
             [(out.offset, 3), (out.log_error, 1), (out.block, 1), (out.centre, 1), (out.embedding.narrow(1, 0, 4), 4)];
         let want = crate::golden::rows(include_str!("../tests/golden/fpccv2.csv"));

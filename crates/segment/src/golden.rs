@@ -4,6 +4,7 @@
 
 use crate::fpcc::{Fpcc, FpccConfig};
 use crate::fpccv2::FpccV2Config;
+use crate::network::{Learner, NetworkConfig};
 use crate::{SegmentModel, TrainConfig};
 use geom::Vec3;
 use net::BackboneConfig;
@@ -33,10 +34,13 @@ pub(crate) fn rows(csv: &str) -> Vec<Vec<f32>> {
 fn make() {
     let device = Device::flex();
     device.seed(11);
-    let config = TrainConfig { network: small_fpccv2(), ..Default::default() };
-    let network = crate::fpccv2::FpccV2::new(&config.network, &device);
+    let config = TrainConfig { network: NetworkConfig::FpccV2(small_fpccv2()), ..Default::default() };
+    let network = crate::fpccv2::FpccV2::new(&small_fpccv2(), &device);
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-    SegmentModel::of_network(&network, &config, 0).unwrap().save(&folder.join("fpccv2.safetensors")).unwrap();
+    SegmentModel::of_network(network.into_network(), &config, 0)
+        .unwrap()
+        .save(&folder.join("fpccv2.safetensors"))
+        .unwrap();
     let bytes = net::weights::to_bytes(&Fpcc::new(&small_fpcc(), &device), &Default::default()).unwrap();
     std::fs::write(folder.join("fpcc.safetensors"), bytes).unwrap();
 }

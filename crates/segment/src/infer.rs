@@ -4,6 +4,7 @@
 use crate::SegmentError;
 use crate::fpccv2::EMBEDDING;
 use crate::model::SegmentModel;
+use crate::network::{Network, NetworkConfig};
 use crate::tile::neighbourhood;
 use geom::{Bounds, Observer, Vec2, Vec3};
 use net::burn::tensor::Device;
@@ -49,17 +50,18 @@ pub(crate) fn predict(
         centre: vec![0.0; n],
         embedding: if with_embedding { vec![0.0; n * EMBEDDING] } else { Vec::new() },
     };
+    let (Network::FpccV2(network), NetworkConfig::FpccV2(config)) = (&model.network, &model.description.network) else {
+        unreachable!("FPCC has its own way through the cloud");
+    };
     let device = Device::flex();
     let mut finished = 0;
-    for tile in tiles(position) {
+    for tile in tiles(position, CORE, MARGIN) {
         if observer.cancelled() {
             return Err(SegmentError::Cancelled);
         }
-        let hood = neighbourhood(
-            tile.points.iter().map(|&i| position[i as usize] - tile.middle).collect(),
-            &model.description.network.backbone,
-        );
-        let result = model.network.infer(&hood, &device);
+        let hood =
+            neighbourhood(tile.points.iter().map(|&i| position[i as usize] - tile.middle).collect(), &config.backbone);
+        let result = network.infer(&hood, &device);
         let offset = floats(result.offset);
         let log_error = floats(result.log_error);
         let block = floats(sigmoid(result.block));
@@ -83,16 +85,17 @@ pub(crate) fn predict(
 }
 
 /// Points of a tile, those of its core first.
-struct Tile {
-    points: Vec<u32>,
-    core: usize,
-    middle: Vec3,
+pub(crate) struct Tile {
+    pub points: Vec<u32>,
+    pub core: usize,
+    pub middle: Vec3,
 }
 
-fn tiles(position: &[Vec3]) -> Vec<Tile> {
+/// Squares of about `core_edge` d_max with `margin` around them. A margin must not be wider than a core.
+pub(crate) fn tiles(position: &[Vec3], core_edge: f32, margin: f32) -> Vec<Tile> {
     let bounds = Bounds::of(position.iter().copied());
     let size = bounds.size().truncate();
-    let count = (size / CORE).ceil().max(Vec2::ONE);
+    let count = (size / core_edge).ceil().max(Vec2::ONE);
     let step = (size / count).max(Vec2::splat(1e-6));
     // Only occupied cells: a stray point kilometres away must not cost memory.
     let mut cells: BTreeMap<(i64, i64), Vec<u32>> = BTreeMap::new();
@@ -111,15 +114,22 @@ fn tiles(position: &[Vec3]) -> Vec<Tile> {
                 }
             }
         }
-        divide(position, core.clone(), around, low, low + step, &mut tiles);
+        divide(position, core.clone(), around, [low, low + step], margin, &mut tiles);
     }
     tiles
 }
 
 /// Adds the tile with the margin it needs, or its two halves when it holds too many points.
-fn divide(position: &[Vec3], core: Vec<u32>, around: Vec<u32>, low: Vec2, high: Vec2, tiles: &mut Vec<Tile>) {
+fn divide(
+    position: &[Vec3],
+    core: Vec<u32>,
+    around: Vec<u32>,
+    [low, high]: [Vec2; 2],
+    margin: f32,
+    tiles: &mut Vec<Tile>,
+) {
     let size = high - low;
-    if core.len() > MOST_POINTS && size.max_element() > MARGIN {
+    if core.len() > MOST_POINTS && size.max_element() > margin {
         let axis = usize::from(size.y > size.x);
         let cut = (low[axis] + high[axis]) / 2.0;
         let (left, right): (Vec<u32>, Vec<u32>) = core.iter().partition(|&&i| position[i as usize][axis] < cut);
@@ -128,8 +138,8 @@ fn divide(position: &[Vec3], core: Vec<u32>, around: Vec<u32>, low: Vec2, high: 
         right_low[axis] = cut;
         let with = |other: &[u32]| around.iter().chain(other).copied().collect::<Vec<u32>>();
         let (left_around, right_around) = (with(&right), with(&left));
-        divide(position, left, left_around, low, left_high, tiles);
-        divide(position, right, right_around, right_low, high, tiles);
+        divide(position, left, left_around, [low, left_high], margin, tiles);
+        divide(position, right, right_around, [right_low, high], margin, tiles);
         return;
     }
     if core.is_empty() {
@@ -137,13 +147,13 @@ fn divide(position: &[Vec3], core: Vec<u32>, around: Vec<u32>, low: Vec2, high: 
     }
     let near = |i: &u32| {
         let p = position[*i as usize].truncate();
-        p.cmpge(low - MARGIN).all() && p.cmple(high + MARGIN).all()
+        p.cmpge(low - margin).all() && p.cmple(high + margin).all()
     };
     let count = core.len();
     let mut points = core;
-    let mut margin: Vec<u32> = around.into_iter().filter(near).collect();
-    margin.sort_unstable();
-    points.extend(margin);
+    let mut beside: Vec<u32> = around.into_iter().filter(near).collect();
+    beside.sort_unstable();
+    points.extend(beside);
     let middle = ((low + high) / 2.0).extend(position[points[0] as usize].z);
     tiles.push(Tile { points, core: count, middle });
 }
@@ -161,7 +171,7 @@ mod tests {
             .map(|_| Vec3::new(rng.random::<f32>() * 40.0, rng.random::<f32>() * 13.0, rng.random::<f32>()))
             .collect();
         let mut seen = vec![0; position.len()];
-        for tile in tiles(&position) {
+        for tile in tiles(&position, CORE, MARGIN) {
             let core = Bounds::of(tile.points[..tile.core].iter().map(|&i| position[i as usize]));
             for &i in &tile.points[..tile.core] {
                 seen[i as usize] += 1;

@@ -3,12 +3,14 @@
 mod embedding_clusters;
 pub mod error;
 pub mod fpcc;
+mod fpcc_batches;
 pub mod fpccv2;
 #[cfg(test)]
 mod golden;
 mod infer;
 pub mod loss;
 pub mod model;
+mod network;
 mod shipped;
 pub mod stage;
 pub mod tile;
@@ -17,5 +19,6 @@ mod vote_peaks;
 
 pub use error::SegmentError;
 pub use model::{ModelDescription, SegmentModel, ShapeSignature};
+pub use network::NetworkConfig;
 pub use stage::{Clustering, SegmentConfig, scales, segment};
 pub use train::{SceneSource, Split, TrainConfig, Trained, train};

@@ -62,6 +62,24 @@ pub struct LossConfig {
     pub error_weight: f32,
     /// Weight of block / not block.
     pub block_weight: f32,
+    /// The centre score is taught off the blocks too, where it is 0: for networks that do not tell blocks from ground.
+    pub score_ground: bool,
+}
+
+impl LossConfig {
+    /// L = L_EF + 3 L_CS over every pair, as the thesis has it (Eq. 2.3).
+    pub fn of_the_thesis() -> Self {
+        Self {
+            pair: PairLossConfig::default(),
+            pair_points: usize::MAX,
+            pair_weight: 1.0,
+            centre_weight: 3.0,
+            offset_weight: 0.0,
+            error_weight: 0.0,
+            block_weight: 0.0,
+            score_ground: true,
+        }
+    }
 }
 
 impl Default for LossConfig {
@@ -74,6 +92,7 @@ impl Default for LossConfig {
             offset_weight: 2.0,
             error_weight: 0.1,
             block_weight: 0.5,
+            score_ground: false,
         }
     }
 }
@@ -114,8 +133,12 @@ pub fn loss(output: Output, targets: &Targets, config: &LossConfig, device: &Dev
     let block = (softplus(output.block.clone(), 1.0) - output.block * label) * column(targets.inner.clone());
     let block = block.sum() / inner;
     let score: Vec<f32> = targets.centre_score();
-    let centre = smooth_l1(output.centre - column(score.clone())) * mask;
-    let centre = centre.sum() / counted;
+    let centre = smooth_l1(output.centre - column(score.clone()));
+    let centre = if config.score_ground {
+        (centre * column(targets.inner.clone())).sum() / inner
+    } else {
+        (centre * mask).sum() / counted
+    };
 
     let chosen = spread(&on_block, config.pair_points);
     let index: Vec<i32> = chosen.iter().map(|&i| i as i32).collect();
@@ -195,7 +218,7 @@ fn spread(weight: &[f32], count: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geom::{SeedTree, Vec3};
+    use geom::{Bounds, SeedTree, Vec3};
     use net::burn::tensor::Shape;
     use rand::RngExt;
 
@@ -208,7 +231,7 @@ mod tests {
         let offset = (0..N).map(|_| draw(0.8)).collect();
         let instance = (0..N as u32).map(|i| i % 4).collect();
         let inner = (0..N).map(|i| f32::from(i != 5)).collect();
-        Targets { position, instance, offset, inner }
+        Targets { bounds: Bounds::of(position.iter().copied()), position, instance, offset, inner }
     }
 
     fn numbers(count: usize, seed: u64) -> Vec<f32> {
@@ -238,10 +261,12 @@ mod tests {
             block_weight: 0.0,
             ..Default::default()
         };
+        let everywhere = LossConfig { centre_weight: 1.0, score_ground: true, ..none.clone() };
         let squared = PairLossConfig { distance: PairDistance::Squared, pull: 2.0, ..Default::default() };
         let bare = PairLossConfig { valid_distance: false, attention: false, ..Default::default() };
         vec![
             LossConfig { centre_weight: 1.0, ..none.clone() },
+            everywhere,
             LossConfig { offset_weight: 1.0, ..none.clone() },
             LossConfig { block_weight: 1.0, ..none.clone() },
             LossConfig { pair_weight: 1.0, ..none.clone() },

@@ -1,9 +1,8 @@
 //! A trained network with its description, as one safetensors file.
 
 use crate::SegmentError;
-use crate::fpccv2::{FpccV2, FpccV2Config};
+use crate::network::{Network, NetworkConfig};
 use crate::train::TrainConfig;
-use net::burn::tensor::Device;
 use scene::{BlockModel, Catalog};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -15,7 +14,7 @@ pub struct ModelDescription {
     /// What it was trained on.
     pub name: String,
     /// Network.
-    pub network: FpccV2Config,
+    pub network: NetworkConfig,
     /// Edge of a thinning cell, d_max.
     pub cell: f32,
     /// Steps trained.
@@ -52,11 +51,8 @@ impl ShapeSignature {
 pub struct SegmentModel {
     /// What they are.
     pub description: ModelDescription,
-    pub(crate) network: FpccV2,
+    pub(crate) network: Network,
 }
-
-/// Value of `architecture` in the header.
-const ARCHITECTURE: &str = "fpccv2";
 
 impl SegmentModel {
     /// Reads `model.safetensors` as training writes it.
@@ -69,23 +65,23 @@ impl SegmentModel {
     /// Reads the bytes of such a file.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SegmentError> {
         let metadata = net::weights::metadata(bytes)?;
-        match metadata.get("architecture").map(String::as_str) {
-            Some(ARCHITECTURE) => {}
-            other => return Err(SegmentError::Architecture { found: other.unwrap_or("nameless").to_owned() }),
+        let architecture = metadata.get("architecture").map_or("nameless", String::as_str);
+        if !["fpcc", "fpccv2"].contains(&architecture) {
+            return Err(SegmentError::Architecture { found: architecture.to_owned() });
         }
         let text = metadata.get("description").map_or("", String::as_str);
         let description: ModelDescription =
             serde_json::from_str(text).map_err(|e| SegmentError::Description(e.to_string()))?;
-        let widths = &description.network.backbone;
-        if widths.edge.is_empty()
-            || widths.edge.len() != widths.level.len()
-            || description.cell.is_nan()
-            || description.cell <= 0.0
-        {
-            return Err(SegmentError::Description("the network has no levels or no cell size".into()));
+        if description.network.architecture() != architecture {
+            return Err(SegmentError::Description(format!("it does not describe a `{architecture}` network")));
         }
-        let mut network = FpccV2::new(&description.network, &Device::flex());
-        net::weights::from_bytes(&mut network, bytes)?;
+        if let Some(fault) = description.network.fault() {
+            return Err(SegmentError::Description(fault.into()));
+        }
+        if !(description.cell > 0.0 && description.cell.is_finite()) {
+            return Err(SegmentError::Description("the network has no cell size".into()));
+        }
+        let network = description.network.load(bytes)?;
         Ok(Self { description, network })
     }
 
@@ -93,8 +89,11 @@ impl SegmentModel {
     pub fn to_bytes(&self) -> Result<Vec<u8>, SegmentError> {
         let description =
             serde_json::to_string(&self.description).map_err(|e| SegmentError::Description(e.to_string()))?;
-        let metadata = [("architecture".to_owned(), ARCHITECTURE.to_owned()), ("description".to_owned(), description)];
-        Ok(net::weights::to_bytes(&self.network, &metadata.into())?)
+        let metadata = [
+            ("architecture".to_owned(), self.description.network.architecture().to_owned()),
+            ("description".to_owned(), description),
+        ];
+        Ok(self.network.to_bytes(&metadata.into())?)
     }
 
     /// Writes a model file.
@@ -111,7 +110,7 @@ impl SegmentModel {
     }
 
     /// A network in training as a model.
-    pub(crate) fn of_network(network: &FpccV2, config: &TrainConfig, steps: u64) -> Result<Self, SegmentError> {
+    pub(crate) fn of_network(network: Network, config: &TrainConfig, steps: u64) -> Result<Self, SegmentError> {
         let description = ModelDescription {
             name: config.name.clone(),
             network: config.network.clone(),
@@ -119,6 +118,6 @@ impl SegmentModel {
             steps,
             shapes: config.shapes.clone(),
         };
-        Ok(Self { description, network: network.clone() })
+        Ok(Self { description, network })
     }
 }

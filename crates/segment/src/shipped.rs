@@ -3,14 +3,22 @@
 use crate::{SegmentError, SegmentModel};
 use scene::Catalog;
 
-/// Tetrapods from the air and by echo sounder.
+/// Tetrapods from the air and by echo sounder: the default for them.
 const TETRAPOD: &[u8] = include_bytes!("../weights/tetrapod.safetensors");
+
+/// Name, as `--model` takes it, and bytes.
+const SHIPPED: &[(&str, &[u8])] = &[("tetrapod", TETRAPOD)];
 
 impl SegmentModel {
     /// The shipped weights for this catalogue. Which they are stands in `description.name`; blocks of a shape they
     /// never saw are named by [`SegmentModel::strangers`], and [`crate::segment`] warns of them.
     pub fn shipped(_catalog: &Catalog) -> Result<Self, SegmentError> {
         Self::from_bytes(TETRAPOD)
+    }
+
+    /// Shipped weights by name; `None` for a name there are none of.
+    pub fn shipped_as(name: &str) -> Option<Result<Self, SegmentError>> {
+        SHIPPED.iter().find(|s| s.0 == name).map(|s| Self::from_bytes(s.1))
     }
 }
 
@@ -30,5 +38,11 @@ mod tests {
         let shipped = SegmentModel::shipped(&catalog).unwrap();
         assert_eq!(shipped.strangers(&catalog), ["cube"]);
         assert!(shipped.description.name.contains("tetrapod"));
+    }
+
+    #[test]
+    fn all_shipped_weights_load_by_name() {
+        assert!(SHIPPED.iter().all(|s| SegmentModel::shipped_as(s.0).unwrap().is_ok()));
+        assert!(SegmentModel::shipped_as("nothing").is_none());
     }
 }

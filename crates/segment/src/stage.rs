@@ -4,8 +4,10 @@
 //! several neighbours), run the network, gather votes, find their modes. Modes that are far enough apart and dense
 //! enough become instances; all of them go on as hypotheses. Everything is in units of d_max, which the catalogue gives.
 
-use crate::embedding_clusters::cluster;
+use crate::embedding_clusters::{Clusters, cluster};
+use crate::fpcc_batches::cluster_pieces;
 use crate::infer::{Prediction, predict};
+use crate::network::{Network, NetworkConfig};
 use crate::vote_peaks::{Peak, Vote, peaks, suppressed, weight};
 use crate::{SegmentError, SegmentModel};
 use geom::{Event, Observer, PointCloud, PointGrid, SeedTree, Thinned, Vec3, Warning, thin};
@@ -21,6 +23,7 @@ pub enum Clustering {
     #[default]
     Votes,
     /// Non-maximum suppression of the centre score, then the nearest centre in embedding space: the thesis (Algorithm 1).
+    /// FPCC knows no other way and takes this one whatever is chosen.
     Embedding,
 }
 
@@ -180,6 +183,23 @@ fn at_scale(
     seed: SeedTree,
     progress: &Progress<'_>,
 ) -> Result<AtScale, SegmentError> {
+    if let (Network::Fpcc(network), NetworkConfig::Fpcc(widths)) = (&model.network, &model.description.network) {
+        let thinned = thin(&cloud.position_m, model.description.cell * unit_m, Vec3::ZERO);
+        let position: Vec<Vec3> = thinned.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect();
+        let total = position.len().max(1) as f32;
+        let found = cluster_pieces(
+            network,
+            widths.batch_points,
+            &position,
+            config.centre_threshold,
+            config.suppression,
+            seed.child("batches", 0),
+            progress.observer,
+            |done| progress.tell(done as f32 / total),
+        )?;
+        let run = Pass { thinned, prediction: found.prediction, position };
+        return Ok(by_embedding(&found.clusters, &run, cloud.len(), unit_m, config));
+    }
     let passes = if config.clustering == Clustering::Embedding { 1 } else { config.passes };
     let mut runs = Vec::new();
     for pass in 0..passes {
@@ -196,7 +216,11 @@ fn at_scale(
     }
     Ok(match config.clustering {
         Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, config),
-        Clustering::Embedding => by_embedding(&runs[0], cloud.len(), unit_m, config),
+        Clustering::Embedding => {
+            let run = &runs[0];
+            let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
+            by_embedding(&clusters, run, cloud.len(), unit_m, config)
+        }
     })
 }
 
@@ -274,8 +298,7 @@ const DENSITY_AT_HALF: f32 = 17.5;
 /// Steepness per e-fold of density.
 const SLOPE: f32 = 2.13;
 
-fn by_embedding(run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
-    let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
+fn by_embedding(clusters: &Clusters, run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
     let hypotheses = clusters
         .centres
         .iter()

@@ -3,9 +3,11 @@
 //! A labelled scene is thinned to the network's resolution once or twice (other grid, other density), then many tiles
 //! are cut from it, each turned about the vertical and possibly mirrored.
 
-use geom::{SeedTree, Vec3, thin};
+use crate::fpcc::inputs_in;
+use geom::{Bounds, SeedTree, Vec3, thin};
 use net::Neighbourhood;
 use rand::RngExt;
+use rand::seq::SliceRandom;
 
 /// A scene with its truth, in metres.
 #[derive(Clone, Debug, Default)]
@@ -29,7 +31,7 @@ pub struct ThinScene {
 }
 
 /// What the points of a tile should be told.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Targets {
     /// Positions, d_max.
     pub position: Vec<Vec3>,
@@ -39,9 +41,28 @@ pub struct Targets {
     pub offset: Vec<Vec3>,
     /// 1 for points whose neighbourhood the cut did not touch, else 0.
     pub inner: Vec<f32>,
+    /// Box around the piece of the scene the points were drawn from, in the same coordinates.
+    pub bounds: Bounds,
+}
+
+impl Default for Targets {
+    fn default() -> Self {
+        Self {
+            position: Vec::new(),
+            instance: Vec::new(),
+            offset: Vec::new(),
+            inner: Vec::new(),
+            bounds: Bounds::EMPTY,
+        }
+    }
 }
 
 impl Targets {
+    /// The numbers FPCC reads of every point.
+    pub fn inputs(&self) -> Vec<[f32; 6]> {
+        inputs_in(&self.position, &self.bounds)
+    }
+
     /// s = 1 − (‖p − c‖ / d_max)², clipped to [0, 1]; 0 off the blocks (Eq. 2.7).
     pub fn centre_score(&self) -> Vec<f32> {
         self.instance
@@ -111,9 +132,7 @@ impl ThinScene {
             near.truncate(points);
         }
         near.sort_unstable_by_key(|n| n.1);
-        let (sin, cos) = (rng.random::<f32>() * std::f32::consts::TAU).sin_cos();
-        let side = if mirror && rng.random::<bool>() { -1.0 } else { 1.0 };
-        let turn = |v: Vec3| Vec3::new(side * (cos * v.x - sin * v.y), sin * v.x + cos * v.y, v.z);
+        let turn = turn(mirror, &mut rng);
         let mut targets = Targets::default();
         for (distance, i) in near {
             let i = i as usize;
@@ -122,8 +141,43 @@ impl ThinScene {
             targets.offset.push(turn(self.offset[i]));
             targets.inner.push(f32::from(f32::from_bits(distance).sqrt() <= reach - margin));
         }
+        targets.bounds = Bounds::of(targets.position.iter().copied());
         targets
     }
+
+    /// `points` drawn at random from a square piece `edge` d_max wide around a random point, mostly one on a block (METHOD
+    /// §2: a batch is drawn from a whole scene); turned and mirrored as a tile. A piece of fewer points repeats some.
+    pub fn sample(&self, points: usize, edge: f32, margin: f32, mirror: bool, seed: SeedTree) -> Targets {
+        let mut rng = seed.rng();
+        let mut at = rng.random_range(0..self.len());
+        for _ in 0..20 {
+            if self.instance[at] > 0 {
+                break;
+            }
+            at = rng.random_range(0..self.len());
+        }
+        let middle = self.position[at];
+        let turn = turn(mirror, &mut rng);
+        let out = |i: usize| turn(self.position[i] - middle).truncate().abs().max_element() - 0.5 * edge;
+        let mut inside: Vec<usize> = (0..self.len()).filter(|&i| out(i) <= 0.0).collect();
+        inside.shuffle(&mut rng);
+        let bounds = Bounds::of(inside.iter().map(|&i| turn(self.position[i] - middle)));
+        let mut targets = Targets { bounds, ..Default::default() };
+        for &i in inside.iter().cycle().take(points) {
+            targets.position.push(turn(self.position[i] - middle));
+            targets.instance.push(self.instance[i]);
+            targets.offset.push(turn(self.offset[i]));
+            targets.inner.push(f32::from(out(i) <= -margin));
+        }
+        targets
+    }
+}
+
+/// A random turn about the vertical, and a mirror half the time if `mirror`.
+fn turn<R: rand::Rng>(mirror: bool, rng: &mut R) -> impl Fn(Vec3) -> Vec3 + use<R> {
+    let (sin, cos) = (rng.random::<f32>() * std::f32::consts::TAU).sin_cos();
+    let side = if mirror && rng.random::<bool>() { -1.0 } else { 1.0 };
+    move |v: Vec3| Vec3::new(side * (cos * v.x - sin * v.y), sin * v.x + cos * v.y, v.z)
 }
 
 /// The neighbourhood the network wants for the positions.

@@ -8,19 +8,20 @@ mod picture;
 mod scenes;
 
 use crate::SegmentError;
-use crate::fpccv2::{FpccV2, FpccV2Config};
-use crate::loss::{LossConfig, LossReport, loss};
+use crate::fpcc::Fpcc;
+use crate::fpccv2::FpccV2;
+use crate::loss::{LossConfig, LossReport};
 use crate::model::{SegmentModel, ShapeSignature};
-use crate::tile::{LabelledScene, Targets, neighbourhood};
+use crate::network::{Learner, NetworkConfig};
+use crate::tile::{LabelledScene, Targets};
 use checkpoint::Checkpoint;
 use geom::{Event, Observer, SeedTree};
-use net::Replicas;
 use net::burn::grad_clipping::GradientClippingConfig;
-use net::burn::module::Module;
 use net::burn::optim::AdamWConfig;
 use net::burn::tensor::Device;
 use net::replicas::sum_gradients;
 use net::schedule::cosine_with_warmup;
+use net::{Processor, Replicas};
 use scenes::Stream;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -30,7 +31,7 @@ use std::path::Path;
 #[serde(default, deny_unknown_fields)]
 pub struct TrainConfig {
     /// Network.
-    pub network: FpccV2Config,
+    pub network: NetworkConfig,
     /// Loss.
     pub loss: LossConfig,
     /// Optimiser steps.
@@ -71,12 +72,15 @@ pub struct TrainConfig {
     pub name: String,
     /// Shapes of the scenes, for the model file; empty: many.
     pub shapes: Vec<ShapeSignature>,
+    /// Where it computes; not part of the recipe.
+    #[serde(skip)]
+    pub processor: Processor,
 }
 
 impl Default for TrainConfig {
     fn default() -> Self {
         Self {
-            network: FpccV2Config::default(),
+            network: NetworkConfig::default(),
             loss: LossConfig::default(),
             steps: 20_000,
             replicas: 2,
@@ -97,6 +101,7 @@ impl Default for TrainConfig {
             validation_scenes: 6,
             name: String::new(),
             shapes: Vec::new(),
+            processor: Processor::Cpu,
         }
     }
 }
@@ -144,7 +149,21 @@ pub fn train(
     observer: &dyn Observer,
 ) -> Result<Trained, SegmentError> {
     config.check()?;
-    let device = Device::flex().autodiff();
+    match config.network {
+        NetworkConfig::FpccV2(_) => teach::<FpccV2>(source, config, init, folder, seed, observer),
+        NetworkConfig::Fpcc(_) => teach::<Fpcc>(source, config, init, folder, seed, observer),
+    }
+}
+
+fn teach<L: Learner>(
+    source: &dyn SceneSource,
+    config: &TrainConfig,
+    init: Option<&SegmentModel>,
+    folder: &Path,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Trained, SegmentError> {
+    let device = config.processor.device()?.autodiff();
     let replicas = Replicas::new(config.replicas).map_err(SegmentError::Threads)?;
     let optimiser = || {
         AdamWConfig::new()
@@ -154,9 +173,10 @@ pub fn train(
             .init()
     };
     device.seed(seed.child("weights", 0).value());
-    let mut network = FpccV2::new(&config.network, &device).materialize();
+    let network = L::fresh(&config.network, &device).expect("chosen by this very configuration");
+    let mut network = network.materialize();
     if let Some(model) = init {
-        net::weights::from_bytes(&mut network, &model.to_bytes()?)?;
+        network.take(model)?;
     }
     let checkpoint = Checkpoint::open(folder, config)?;
     let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser())?;
@@ -164,22 +184,17 @@ pub fn train(
     let mut validation = LossReport::default();
 
     observer.event(Event::Started { stage: "train", total: config.steps });
-    let network = std::thread::scope(|scope| -> Result<FpccV2, SegmentError> {
+    let network = std::thread::scope(|scope| -> Result<L, SegmentError> {
         let mut stream = Stream::new(scope, source, config, seed, first);
         let held_out = scenes::validation_tiles(source, config, seed)?;
         for step in first..config.steps {
             let visible = stream.scenes_at(step)?;
             // Copies with leaves of their own: tapes that share a parameter are one tape, and two threads walking it
             // backwards wait for each other for ever.
-            let copies: Vec<FpccV2> = (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
+            let copies: Vec<L> = (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
             let results = replicas.run(|replica| {
-                let network = &copies[replica];
                 let tile = scenes::draw(&visible, config, seed, step, replica as u64);
-                let hood = neighbourhood(tile.position.clone(), &config.network.backbone);
-                network.gradients(&hood, &device, |output| {
-                    let (total, report) = loss(output, &tile, &config.loss, &device);
-                    (total / replicas.len() as f32, report)
-                })
+                copies[replica].lesson(&tile, config, 1.0 / replicas.len() as f32, &device)
             });
             let (grads, reports): (Vec<_>, Vec<_>) = results.into_iter().unzip();
             let report = mean(&reports);
@@ -210,21 +225,16 @@ pub fn train(
     })?;
     observer.event(Event::Finished { stage: "train" });
     let steps = checkpoint.steps_done()?;
-    Ok(Trained { model: SegmentModel::of_network(&network.valid(), config, steps)?, steps, validation })
+    Ok(Trained { model: SegmentModel::of_network(network.valid().into_network(), config, steps)?, steps, validation })
 }
 
 /// Losses on held-out tiles, without gradients.
-fn validate(network: &FpccV2, tiles: &[Targets], config: &TrainConfig, replicas: &Replicas) -> LossReport {
-    let network = network.valid();
-    let device = Device::flex();
+fn validate<L: Learner>(network: &L, tiles: &[Targets], config: &TrainConfig, replicas: &Replicas) -> LossReport {
+    let network = network.valid().to_device(&Device::flex());
     let count = replicas.len();
     let parts = replicas.run(|replica| {
         let mine = tiles.iter().skip(replica).step_by(count);
-        mine.map(|tile| {
-            let hood = neighbourhood(tile.position.clone(), &config.network.backbone);
-            loss(network.infer(&hood, &device), tile, &config.loss, &device).1
-        })
-        .collect::<Vec<_>>()
+        mine.map(|tile| network.judged(tile, config)).collect::<Vec<_>>()
     });
     mean(&parts.concat())
 }

@@ -60,7 +60,8 @@ impl Measured {
 /// Weights and settings.
 #[derive(Clone, Debug, Args)]
 pub struct Chosen {
-    /// A model folder or weights file of `tsumu train segment` [default: the shipped weights that suit the catalogue]
+    /// Folder or weights file of `tsumu train segment`, or shipped weights by name: `tetrapod`, `any-shape`, `fpcc`
+    /// [default: the shipped weights that suit the catalogue]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
     /// A TOML file with settings that differ from the defaults ([segment], [pose], [plan])

@@ -2,10 +2,10 @@
 
 use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
+use crate::weights;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use reproduce::{Bench, EXPERIMENTS, Experiment, Settings};
-use segment::SegmentModel;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -62,7 +62,7 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal) -> Result<(), Exit> 
         return Err(Exit::bad_input(anyhow!("--percent {}: give 1 to 100", args.percent)));
     }
     let model = match &args.model {
-        Some(path) => Some(SegmentModel::load(path).with_context(|| path.display().to_string()).or_bad_input()?),
+        Some(path) => Some(weights::load(path)?),
         None => None,
     };
     let settings = Settings {

@@ -32,7 +32,8 @@ pub struct RunArgs {
     /// How the first pose of each new block is chosen [default: the site's, or search]
     #[arg(long, value_enum)]
     pub policy: Option<cmd::plan::PolicyName>,
-    /// A model folder or weights file [default: the shipped weights that suit the catalogue]
+    /// Folder or weights file of `tsumu train segment`, or shipped weights by name: `tetrapod`, `any-shape`, `fpcc`
+    /// [default: the shipped weights that suit the catalogue]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
     /// How many plans the range of the count is taken from; 0: no range

@@ -2,12 +2,16 @@
 
 use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
+use crate::weights;
 use anyhow::{Context, anyhow};
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use geom::SeedTree;
+use net::Processor;
 use pipeline::Lessons;
 use pipeline::lessons::Blocks;
-use segment::{SegmentModel, Split, TrainConfig};
+use segment::fpcc::FpccConfig;
+use segment::loss::LossConfig;
+use segment::{NetworkConfig, SegmentModel, Split, TrainConfig};
 use std::path::{Path, PathBuf};
 
 /// Train.
@@ -22,6 +26,15 @@ pub struct TrainArgs {
 enum Network {
     /// The segmentation network, on piles that the recipes describe
     Segment(SegmentTraining),
+}
+
+/// The networks that can be trained.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Architecture {
+    /// Graph convolutions on Euclidean neighbours, with votes for the pose centre
+    Fpccv2,
+    /// Dynamic graph convolutions, embedding and centre score only
+    Fpcc,
 }
 
 /// `tsumu train segment`.
@@ -39,12 +52,22 @@ struct SegmentTraining {
     /// Optimiser steps: 2000 are a first model, 6000 a good one
     #[arg(long, default_value_t = 6000)]
     steps: u64,
-    /// Weights to start from: a model file, or `shipped`
+    /// Weights to start from: a model file, a training's folder, or shipped weights by name (`tetrapod`, `any-shape`, `fpcc`);
+    /// `shipped`: those that suit the first recipe's blocks
     #[arg(long, value_name = "MODEL")]
-    init: Option<String>,
+    init: Option<PathBuf>,
+    /// Which network: ours on the thesis' second backbone, or the thesis' first
+    #[arg(long, value_enum, default_value = "fpccv2")]
+    network: Architecture,
     /// Seed of scenes, tiles and first weights
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Points of a batch of FPCC; a survey is then looked at in batches of as many
+    #[arg(long, value_name = "N", default_value_t = FpccConfig::default().batch_points)]
+    batch_points: usize,
+    /// Compute on a graphics card through Vulkan; for programs built with `--features gpu`
+    #[arg(long)]
+    gpu: bool,
     /// The blocks are not their own mirror image: do not train on mirrored piles
     #[arg(long)]
     handed: bool,
@@ -64,8 +87,8 @@ pub fn train(args: &TrainArgs, terminal: &Terminal) -> Result<(), Exit> {
 fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit> {
     let piles: Vec<Lessons> = args.recipes.iter().map(|r| lessons(r, args)).collect::<Result<_, _>>().or_bad_input()?;
     let init = match args.init.as_deref() {
-        Some("shipped") => Some(SegmentModel::shipped(piles[0].catalog()).or_bad_input()?),
-        Some(path) => Some(SegmentModel::load(path.as_ref()).or_bad_input()?),
+        Some(path) if path == Path::new("shipped") => Some(SegmentModel::shipped(piles[0].catalog()).or_bad_input()?),
+        Some(path) => Some(weights::load(path)?),
         None => None,
     };
     let root = SeedTree::new(args.seed);
@@ -76,6 +99,14 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
         maker.install(|| piles[(index % piles.len() as u64) as usize].scene(index, seed))
     };
     let mut config = TrainConfig { steps: args.steps, mirror: !args.handed, ..Default::default() };
+    if let Architecture::Fpcc = args.network {
+        config.network = NetworkConfig::Fpcc(FpccConfig { batch_points: args.batch_points, ..Default::default() });
+        config.loss = LossConfig::of_the_thesis();
+    }
+    if args.gpu {
+        config.processor = Processor::Gpu;
+        config.processor.device().or_bad_input()?;
+    }
     config.warmup = config.warmup.min(args.steps / 10);
     config.name = piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", ");
     for pile in &piles {
@@ -87,10 +118,15 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
     }
     let trained = segment::train(&source, &config, init.as_ref(), &args.out, root.child("segment", 0), terminal)?;
     terminal.say(format!(
-        "{} of {} steps; held out: votes off by {:.3} d_max in the mean. {}",
+        "{} of {} steps; held out: {}. {}",
         trained.steps,
         args.steps,
-        trained.validation.offset,
+        match args.network {
+            Architecture::Fpccv2 => format!("votes off by {:.3} d_max in the mean", trained.validation.offset),
+            Architecture::Fpcc => {
+                format!("pair loss {:.4}, centre loss {:.4}", trained.validation.pair, trained.validation.centre)
+            }
+        },
         args.out.join("model.safetensors").display()
     ));
     if trained.steps < args.steps {

@@ -3,10 +3,9 @@
 use super::TrainConfig;
 use super::picture::learning_curve;
 use crate::SegmentError;
-use crate::fpccv2::FpccV2;
 use crate::loss::LossReport;
 use crate::model::SegmentModel;
-use net::burn::module::Module;
+use crate::network::Learner;
 use net::burn::optim::ModuleOptimizer;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
@@ -21,22 +20,42 @@ const HEADER: &str = "step,learning_rate,loss,pair,centre,offset_d_max,block,\
                       held_out_loss,held_out_pair,held_out_centre,held_out_offset_d_max,held_out_block";
 
 impl Checkpoint {
-    /// Makes the folder; an existing one is taken to be of the same settings (other than the steps): that is not checked.
+    /// Makes the folder. One that holds a checkpoint must be of the same settings, other than the number of steps.
     pub(super) fn open(folder: &Path, config: &TrainConfig) -> Result<Self, SegmentError> {
         let this = Self { folder: folder.to_owned() };
         fs::create_dir_all(folder.join("checkpoint")).map_err(|e| this.error(folder, e))?;
         let path = folder.join("config.json");
+        if this.steps_done()? > 0 {
+            this.same_settings(&path, config)?;
+        }
         let text = serde_json::to_string_pretty(config).map_err(|e| SegmentError::Description(e.to_string()))?;
         fs::write(&path, text).map_err(|e| this.error(&path, e))?;
         Ok(this)
     }
 
+    fn same_settings(&self, path: &Path, config: &TrainConfig) -> Result<(), SegmentError> {
+        let text = fs::read_to_string(path).map_err(|e| self.error(path, e))?;
+        let old: serde_json::Value = serde_json::from_str(&text).map_err(|e| self.error(path, e))?;
+        let new = serde_json::to_value(config).map_err(|e| SegmentError::Description(e.to_string()))?;
+        let (Some(old), Some(new)) = (old.as_object(), new.as_object()) else {
+            return Err(self.error(path, "is not an object"));
+        };
+        let may_change = ["steps", "warmup", "checkpoint_steps"];
+        let key = new.keys().find(|k| !may_change.contains(&k.as_str()) && old.get(*k) != new.get(*k));
+        match key {
+            Some(key) => {
+                Err(SegmentError::OtherTraining { folder: self.folder.display().to_string(), key: key.clone() })
+            }
+            None => Ok(()),
+        }
+    }
+
     /// The last checkpoint's network, optimiser and steps done, or what was given and 0.
-    pub(super) fn resume(
+    pub(super) fn resume<L: Learner>(
         &self,
-        network: FpccV2,
+        network: L,
         optimiser: ModuleOptimizer,
-    ) -> Result<(FpccV2, ModuleOptimizer, u64), SegmentError> {
+    ) -> Result<(L, ModuleOptimizer, u64), SegmentError> {
         let done = self.steps_done()?;
         if done == 0 {
             return Ok((network, optimiser, 0));
@@ -59,9 +78,9 @@ impl Checkpoint {
     }
 
     /// Writes everything, the count of steps last.
-    pub(super) fn save(
+    pub(super) fn save<L: Learner>(
         &self,
-        network: &FpccV2,
+        network: &L,
         optimiser: &ModuleOptimizer,
         done: u64,
         config: &TrainConfig,
@@ -74,7 +93,7 @@ impl Checkpoint {
         };
         replace("network.bpk", &|p| network.clone().save_file(p).map_err(|e| e.to_string()))?;
         replace("optimiser.bpk", &|p| optimiser.save(p).map_err(|e| e.to_string()))?;
-        let model = SegmentModel::of_network(&network.valid(), config, done)?.to_bytes()?;
+        let model = SegmentModel::of_network(network.valid().into_network(), config, done)?.to_bytes()?;
         replace("model.safetensors", &|p| fs::write(p, &model).map_err(|e| e.to_string()))?;
         replace("steps", &|p| fs::write(p, done.to_string()).map_err(|e| e.to_string()))?;
         let csv = fs::read_to_string(self.folder.join("curve.csv")).unwrap_or_default();

@@ -2,6 +2,7 @@
 
 use super::{SceneSource, Split, TrainConfig};
 use crate::SegmentError;
+use crate::network::NetworkConfig;
 use crate::tile::{Targets, ThinScene};
 use geom::SeedTree;
 use rand::RngExt;
@@ -94,8 +95,22 @@ pub(super) fn draw(scenes: &[Variants], config: &TrainConfig, seed: SeedTree, st
     let mut rng = node.rng();
     let variants = &scenes[rng.random_range(0..scenes.len())];
     let variant = &variants[rng.random_range(0..variants.len())];
-    variant.tile(config.tile_points, config.margin, config.mirror, node.child("cut", 0))
+    cut(variant, config, config.mirror, node.child("cut", 0))
 }
+
+/// A tile as the network wants it: a compact piece, or for FPCC points drawn from a piece as wide as a scene.
+fn cut(scene: &ThinScene, config: &TrainConfig, mirror: bool, seed: SeedTree) -> Targets {
+    match &config.network {
+        NetworkConfig::FpccV2(_) => scene.tile(config.tile_points, config.margin, mirror, seed),
+        NetworkConfig::Fpcc(fpcc) => {
+            let edge = seed.child("edge", 0).rng().random_range(0.6..1.0) * WIDEST;
+            scene.sample(fpcc.batch_points, edge, config.margin, mirror, seed)
+        }
+    }
+}
+
+/// Widest piece FPCC is shown, d_max: as wide as the pieces of a survey.
+const WIDEST: f32 = 10.0;
 
 /// Two tiles of every validation scene's thinning.
 pub(super) fn validation_tiles(
@@ -108,7 +123,7 @@ pub(super) fn validation_tiles(
         let variants = prepare(source, config, seed, Split::Validation, index)?;
         for (v, variant) in variants.iter().enumerate() {
             let node = seed.child("held out", index).child("variant", v as u64);
-            tiles.push(variant.tile(config.tile_points, config.margin, false, node));
+            tiles.push(cut(variant, config, false, node));
         }
     }
     Ok(tiles)
