@@ -1,8 +1,8 @@
 //! Random solids of the armour-unit kind: unions of a few convex parts, to train what must work on any block.
 //!
-//! Four families cover what ports use: legs from a centre (tetrapod, hexapod), crossing bars (dolos,
-//! accropode), a core with noses (core-loc, Xbloc) and chamfered boxes (cubes). Half of them are as regular as
-//! real units, half are bent out of shape.
+//! Six families cover what ports and bins hold: legs from a centre (tetrapod, hexapod), crossing bars (dolos,
+//! accropode), a core with noses (core-loc, Xbloc), chamfered boxes (cubes), rings of segments with an empty middle, and
+//! frames of bars with holes and posts. Half of them are as regular as real units, half are bent out of shape.
 
 use crate::model::assemble;
 use crate::symmetry::{SymmetryConfig, find_symmetry};
@@ -27,19 +27,21 @@ pub fn random_union(seed: SeedTree) -> BlockModel {
 fn draw(seed: SeedTree, name: &str) -> Option<BlockModel> {
     let mut rng = seed.rng();
     let regular = rng.random_bool(0.5);
-    let parts = match rng.random_range(0..10) {
+    let parts = match rng.random_range(0..16) {
         0..4 => legs(&mut rng, regular),
-        4..7 => bars(&mut rng, regular),
-        7..9 => core_with_noses(&mut rng, regular),
-        _ => vec![chamfered_box(&mut rng, regular)],
+        4..8 => bars(&mut rng, regular),
+        8..10 => core_with_noses(&mut rng, regular),
+        10 => vec![chamfered_box(&mut rng, regular)],
+        11..14 => segments(&mut rng, regular),
+        _ => frame(&mut rng, regular),
     };
     let solids: Vec<ConvexSolid> = parts.iter().map(|c| ConvexSolid::from_corners(c)).collect::<Option<_>>()?;
     let mesh = geom::union(&solids);
     mesh.check_solid().ok()?;
     let moments = mesh.moments();
     let d_max = mesh.vertices.iter().map(|v| (*v - moments.centroid).length()).fold(0.0, f32::max);
-    // Tetrapod 0.10, dolos 0.12, cube 0.37 of the ball around them.
-    if moments.volume_m3 < 0.07 * 4.19 * d_max.powi(3) || !is_connected(&mesh) {
+    // Frames 0.05, tetrapod 0.10, dolos 0.12, cube 0.37 of the ball around them.
+    if moments.volume_m3 < 0.04 * 4.19 * d_max.powi(3) || !is_connected(&mesh) {
         return None;
     }
     let scale = rng.random_range(0.5..1.6) / d_max;
@@ -152,6 +154,65 @@ fn core_with_noses(rng: &mut Rng, regular: bool) -> Vec<Corners> {
             let reach = half.dot(axis.abs()) + rng.random_range(0.25..0.5) * if regular { 1.0 } else { 1.3 };
             parts.push(frustum(axis, n, (0.0, root), (reach, root * taper), 0.37));
         }
+    }
+    parts
+}
+
+/// A ring, an oval or a part of one: wedges around an empty middle.
+fn segments(rng: &mut Rng, regular: bool) -> Vec<Corners> {
+    let all = rng.random_range(5..=14);
+    let count = if rng.random_bool(0.7) { all } else { all * rng.random_range(5..9) / 10 };
+    let inner = rng.random_range(0.45..0.75);
+    let half = rng.random_range(0.1..0.35);
+    let oval = if regular { 1.0 } else { rng.random_range(0.6..1.0) };
+    let lean = if regular { 0.0 } else { rng.random_range(-0.15..0.15) };
+    (0..count)
+        .map(|i| {
+            let corner = |k: usize, r: f32, z: f32| {
+                let (sin, cos) = (k as f32 / all as f32 * std::f32::consts::TAU).sin_cos();
+                Vec3::new(r * cos, oval * r * sin, z + lean * r * cos)
+            };
+            [(i, 1.0), (i, inner), (i + 1, 1.0), (i + 1, inner)]
+                .into_iter()
+                .flat_map(|(k, r)| [corner(k, r, half), corner(k, r, -half)])
+                .collect()
+        })
+        .collect()
+}
+
+/// Two rails, two to four rungs between them, and perhaps a post that stands out.
+fn frame(rng: &mut Rng, regular: bool) -> Vec<Corners> {
+    let bar = |low: Vec3, high: Vec3| -> Corners {
+        (0..8)
+            .map(|i| {
+                let pick = |bit: usize, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };
+                Vec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z))
+            })
+            .collect()
+    };
+    let (wide, thick, half) = (rng.random_range(0.35..0.8), rng.random_range(0.12..0.25), rng.random_range(0.08..0.2));
+    let mut parts = vec![
+        bar(Vec3::new(-1.0, wide - thick, -half), Vec3::new(1.0, wide, half)),
+        bar(Vec3::new(-1.0, -wide, -half), Vec3::new(1.0, -wide + thick, half)),
+    ];
+    let rungs = rng.random_range(2..=4);
+    for r in 0..rungs {
+        let at = -1.0 + thick / 2.0 + (2.0 - thick) * r as f32 / (rungs - 1) as f32;
+        let at = if regular {
+            at
+        } else {
+            (at + rng.random_range(-0.15..0.15)).clamp(-1.0 + thick / 2.0, 1.0 - thick / 2.0)
+        };
+        let (a, b) = (at - thick / 2.0, at + thick / 2.0);
+        parts.push(bar(Vec3::new(a, thick - wide, -half), Vec3::new(b, wide - thick, half)));
+    }
+    if rng.random_bool(0.6) {
+        let side = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+        let (x, y) =
+            (rng.random_range(-0.9..0.7), if regular { wide - thick } else { rng.random_range(-wide..wide - thick) });
+        let (top, bottom) = (rng.random_range(0.4..0.9), half * 0.5);
+        let z = if side > 0.0 { [bottom, top] } else { [-top, -bottom] };
+        parts.push(bar(Vec3::new(x, y, z[0]), Vec3::new(x + thick, y + thick, z[1])));
     }
     parts
 }

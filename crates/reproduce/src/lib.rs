@@ -12,6 +12,7 @@ mod pose_hard;
 mod pose_judge;
 mod pose_sites;
 mod scenes;
+mod segmentation_confidence;
 mod segmentation_judge;
 mod segmentation_loss;
 mod segmentation_shapes;
@@ -78,6 +79,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     segmentation_shapes::EXPERIMENT,
     segmentation_suppression::EXPERIMENT,
     segmentation_loss::EXPERIMENT,
+    segmentation_confidence::EXPERIMENT,
     segmentation_time::EXPERIMENT,
     pose_sites::EXPERIMENT,
     pose_ablation::EXPERIMENT,

@@ -1,5 +1,6 @@
 //! From a cloud to instances and centre hypotheses.
 
+pub mod calibration;
 mod embedding_clusters;
 pub mod error;
 pub mod fpcc;
@@ -17,6 +18,7 @@ pub mod tile;
 pub mod train;
 mod vote_peaks;
 
+pub use calibration::Confidence;
 pub use error::SegmentError;
 pub use model::{ModelDescription, SegmentModel, ShapeSignature};
 pub use network::NetworkConfig;

@@ -1,6 +1,7 @@
 //! A trained network with its description, as one safetensors file.
 
 use crate::SegmentError;
+use crate::calibration::Confidence;
 use crate::network::{Network, NetworkConfig};
 use crate::train::TrainConfig;
 use scene::{BlockModel, Catalog};
@@ -22,6 +23,9 @@ pub struct ModelDescription {
     /// Shapes it was trained on; empty: many.
     #[serde(default)]
     pub shapes: Vec<ShapeSignature>,
+    /// What a density of votes is worth.
+    #[serde(default)]
+    pub confidence: Confidence,
 }
 
 /// What tells a shape from another whatever its size.
@@ -117,6 +121,7 @@ impl SegmentModel {
             cell: config.cell,
             steps,
             shapes: config.shapes.clone(),
+            confidence: Confidence::default(),
         };
         Ok(Self { description, network })
     }

@@ -4,6 +4,7 @@
 //! several neighbours), run the network, gather votes, find their modes. Modes that are far enough apart and dense
 //! enough become instances; all of them go on as hypotheses. Everything is in units of d_max, which the catalogue gives.
 
+use crate::calibration::Confidence;
 use crate::embedding_clusters::{Clusters, cluster};
 use crate::fpcc_batches::cluster_pieces;
 use crate::infer::{Prediction, predict};
@@ -201,6 +202,41 @@ fn at_scale(
         return Ok(by_embedding(&found.clusters, &run, cloud.len(), unit_m, config));
     }
     let passes = if config.clustering == Clustering::Embedding { 1 } else { config.passes };
+    let runs = run_passes(cloud, unit_m, model, config, passes, seed, progress)?;
+    Ok(match config.clustering {
+        Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, model.description.confidence, config),
+        Clustering::Embedding => {
+            let run = &runs[0];
+            let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
+            by_embedding(&clusters, run, cloud.len(), unit_m, config)
+        }
+    })
+}
+
+/// Every mode of the votes at one scale with its density, before any confidence: place in metres, density.
+pub(crate) fn hypotheses(
+    cloud: &PointCloud,
+    unit_m: f32,
+    model: &SegmentModel,
+    config: &SegmentConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<(Vec3, f32)>, SegmentError> {
+    let progress = Progress { observer, points: cloud.len(), part: 0, parts: 1 };
+    let runs = run_passes(cloud, unit_m, model, config, config.passes, seed, &progress)?;
+    let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(1.0 / runs.len() as f32)).collect();
+    Ok(peaks(&votes).iter().map(|p| (p.at * unit_m, p.density)).collect())
+}
+
+fn run_passes(
+    cloud: &PointCloud,
+    unit_m: f32,
+    model: &SegmentModel,
+    config: &SegmentConfig,
+    passes: u32,
+    seed: SeedTree,
+    progress: &Progress<'_>,
+) -> Result<Vec<Pass>, SegmentError> {
     let mut runs = Vec::new();
     for pass in 0..passes {
         let mut rng = seed.child("pass", u64::from(pass)).rng();
@@ -214,21 +250,17 @@ fn at_scale(
         })?;
         runs.push(Pass { thinned, prediction, position });
     }
-    Ok(match config.clustering {
-        Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, config),
-        Clustering::Embedding => {
-            let run = &runs[0];
-            let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
-            by_embedding(&clusters, run, cloud.len(), unit_m, config)
-        }
-    })
+    Ok(runs)
 }
 
-fn by_votes(runs: &[Pass], points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
+fn by_votes(runs: &[Pass], points: usize, unit_m: f32, confidence: Confidence, config: &SegmentConfig) -> AtScale {
     let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(1.0 / runs.len() as f32)).collect();
     let modes = peaks(&votes);
-    let scored: Vec<(Peak, f32)> =
-        modes.iter().map(|p| (*p, confidence(p.density))).filter(|(_, score)| *score >= config.least_score).collect();
+    let scored: Vec<(Peak, f32)> = modes
+        .iter()
+        .map(|p| (*p, confidence.of(p.density)))
+        .filter(|(_, score)| *score >= config.least_score)
+        .collect();
     let apart = suppressed(scored.iter().map(|s| s.0).collect(), config.instance_spacing);
     let mut hypotheses: Vec<Hypothesis> = scored
         .iter()
@@ -286,17 +318,6 @@ fn by_votes(runs: &[Pass], points: usize, unit_m: f32, config: &SegmentConfig) -
     }
     AtScale { hypotheses, label }
 }
-
-/// Probability that a hypothesis of this vote density is a block's centre: a logistic curve fitted to held-out piles.
-fn confidence(density: f32) -> f32 {
-    let x = (density.max(1e-6).ln() - DENSITY_AT_HALF.ln()) * SLOPE;
-    1.0 / (1.0 + (-x).exp())
-}
-
-/// Vote density at which half of the hypotheses are right.
-const DENSITY_AT_HALF: f32 = 17.5;
-/// Steepness per e-fold of density.
-const SLOPE: f32 = 2.13;
 
 fn by_embedding(clusters: &Clusters, run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
     let hypotheses = clusters

@@ -8,6 +8,7 @@ mod picture;
 mod scenes;
 
 use crate::SegmentError;
+use crate::calibration::{Confidence, density_and_truth};
 use crate::fpcc::Fpcc;
 use crate::fpccv2::FpccV2;
 use crate::loss::{LossConfig, LossReport};
@@ -68,6 +69,8 @@ pub struct TrainConfig {
     pub validation_steps: u64,
     /// Validation scenes.
     pub validation_scenes: u64,
+    /// Scenes the confidence is fitted to once the last step is done.
+    pub calibration_scenes: u64,
     /// Words for the model file: what it was trained on.
     pub name: String,
     /// Shapes of the scenes, for the model file; empty: many.
@@ -99,6 +102,7 @@ impl Default for TrainConfig {
             checkpoint_steps: 500,
             validation_steps: 500,
             validation_scenes: 6,
+            calibration_scenes: 24,
             name: String::new(),
             shapes: Vec::new(),
             processor: Processor::Cpu,
@@ -181,7 +185,7 @@ fn teach<L: Learner>(
     let checkpoint = Checkpoint::open(folder, config)?;
     let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser())?;
     let mut curve = checkpoint.curve(first)?;
-    let mut validation = LossReport::default();
+    let mut validation = None;
 
     observer.event(Event::Started { stage: "train", total: config.steps });
     let network = std::thread::scope(|scope| -> Result<L, SegmentError> {
@@ -207,8 +211,9 @@ fn teach<L: Learner>(
             let done = step + 1;
             let last = done == config.steps;
             if done % config.validation_steps == 0 || last {
-                validation = validate(&network, &held_out, config, &replicas);
-                curve.write(done, rate, &report, Some(&validation))?;
+                let judged = validate(&network, &held_out, config, &replicas);
+                curve.write(done, rate, &report, Some(&judged))?;
+                validation = Some(judged);
             } else if done % 20 == 0 {
                 curve.write(done, rate, &report, None)?;
             }
@@ -221,11 +226,53 @@ fn teach<L: Learner>(
                 break;
             }
         }
+        // A training that had no step left to do is judged all the same.
+        if validation.is_none() {
+            validation = Some(validate(&network, &held_out, config, &replicas));
+        }
         Ok(network)
     })?;
+    let validation = validation.unwrap_or_default();
     observer.event(Event::Finished { stage: "train" });
     let steps = checkpoint.steps_done()?;
-    Ok(Trained { model: SegmentModel::of_network(network.valid().into_network(), config, steps)?, steps, validation })
+    let mut model = SegmentModel::of_network(network.valid().into_network(), config, steps)?;
+    if steps == config.steps && matches!(config.network, NetworkConfig::FpccV2(_)) {
+        model.description.confidence = calibrated(&model, source, config, seed, observer)?;
+        checkpoint.finish(&model)?;
+    }
+    Ok(Trained { model, steps, validation })
+}
+
+/// The curve of held-out scenes, others than those of the validation.
+fn calibrated(
+    model: &SegmentModel,
+    source: &dyn SceneSource,
+    config: &TrainConfig,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Confidence, SegmentError> {
+    let mut seen = Vec::new();
+    observer.event(Event::Started { stage: "calibrate", total: config.calibration_scenes });
+    for number in 0..config.calibration_scenes {
+        let index = config.validation_scenes + number;
+        let failed = |message| SegmentError::Scene { index, message };
+        let scene = source.scene(Split::Validation, index).map_err(failed)?;
+        seen.extend(density_and_truth(model, &scene, seed.child("calibrate", index), &Muted(observer))?);
+        observer.event(Event::Advanced { stage: "calibrate", done: number + 1 });
+    }
+    observer.event(Event::Finished { stage: "calibrate" });
+    Ok(Confidence::fit(&seen).unwrap_or_default())
+}
+
+/// Hears nothing of the stages within, but whether to stop.
+struct Muted<'a>(&'a dyn Observer);
+
+impl Observer for Muted<'_> {
+    fn event(&self, _: Event) {}
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
 }
 
 /// Losses on held-out tiles, without gradients.

@@ -59,6 +59,9 @@ struct SegmentTraining {
     /// Which network: ours on the thesis' second backbone, or the thesis' first
     #[arg(long, value_enum, default_value = "fpccv2")]
     network: Architecture,
+    /// What the weights are called in messages and manifests [default: the names of the recipes]
+    #[arg(long)]
+    name: Option<String>,
     /// Seed of scenes, tiles and first weights
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -108,7 +111,7 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
         config.processor.device().or_bad_input()?;
     }
     config.warmup = config.warmup.min(args.steps / 10);
-    config.name = piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", ");
+    config.name = args.name.clone().unwrap_or_else(|| piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", "));
     for pile in &piles {
         for shape in pile.shapes() {
             if !config.shapes.iter().any(|s| s.matches(&shape)) {

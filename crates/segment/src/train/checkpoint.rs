@@ -36,11 +36,14 @@ impl Checkpoint {
     fn same_settings(&self, path: &Path, config: &TrainConfig) -> Result<(), SegmentError> {
         let text = fs::read_to_string(path).map_err(|e| self.error(path, e))?;
         let old: serde_json::Value = serde_json::from_str(&text).map_err(|e| self.error(path, e))?;
-        let new = serde_json::to_value(config).map_err(|e| SegmentError::Description(e.to_string()))?;
+        // By way of text, so that numbers are rounded alike on both sides.
+        let text = serde_json::to_string(config).map_err(|e| SegmentError::Description(e.to_string()))?;
+        let new: serde_json::Value = serde_json::from_str(&text).map_err(|e| self.error(path, e))?;
         let (Some(old), Some(new)) = (old.as_object(), new.as_object()) else {
             return Err(self.error(path, "is not an object"));
         };
-        let may_change = ["steps", "warmup", "checkpoint_steps"];
+        // Settings that older folders do not have are at their defaults there.
+        let may_change = ["steps", "warmup", "checkpoint_steps", "calibration_scenes", "name"];
         let key = new.keys().find(|k| !may_change.contains(&k.as_str()) && old.get(*k) != new.get(*k));
         match key {
             Some(key) => {
@@ -101,6 +104,13 @@ impl Checkpoint {
         fs::write(&path, learning_curve(&csv)).map_err(|e| self.error(&path, e))?;
         let path = self.folder.join("model.safetensors");
         fs::write(&path, &model).map_err(|e| self.error(&path, e))
+    }
+
+    /// Writes the finished model.
+    pub(super) fn finish(&self, model: &SegmentModel) -> Result<(), SegmentError> {
+        let (new, path) = (self.folder.join("new.model.safetensors"), self.folder.join("model.safetensors"));
+        fs::write(&new, model.to_bytes()?).map_err(|e| self.error(&new, e))?;
+        fs::rename(&new, &path).map_err(|e| self.error(&path, e))
     }
 
     /// The curve's file; lines beyond `done` steps (written after the last checkpoint) are dropped.
