@@ -4,8 +4,8 @@
     python3 tools/oracle/peers_poses.py target/release/examples/bench_poses [SHAPE NOISE_M DENSITY]
 
 Needs numpy, open3d, opencv-contrib-python-headless. Success: displacement <= 0.1 d_box, rotation <= 5 degrees modulo
-symmetry, blocks hidden to less than 80 %. Times are processor times. Tsumu's is that of its whole stage, preparation of
-the model and verification included; the others' leave out the model's training and the normals.
+symmetry, blocks hidden to less than 80 %. Times are processor times. Nobody's preparation of the model counts. Tsumu's time
+is that of its whole stage, normals and verification of the scene included; the others' leave out the normals.
 """
 
 import json
@@ -126,7 +126,7 @@ def main():
     right = sum(any(scene.right(s, truth) for s in stated) for _, truth in scene.segments)
     own_s = data["cpu_s"] / len(data["segments"])
     print(f"{len(scene.segments)} segments, {sum(len(c.points) for c, _ in scene.segments)} points")
-    print(f"tsumu:  {right / len(scene.segments):.3f} right, {1e3 * own_s:.1f} ms a segment, whole stage")
+    print(f"tsumu:  {right / len(scene.segments):.3f} right, {1e3 * own_s:.1f} ms a segment, whole stage without preparing the model")
     for name, make in [("opencv PPF + ICP", opencv), ("open3d FPFH-RANSAC + ICP", open3d)]:
         find = make(scene)
         start = time.process_time()

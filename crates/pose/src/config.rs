@@ -137,7 +137,7 @@ impl Default for EvidenceConfig {
             inside_weight: 2.0,
             free_space_weight: 1.0,
             overlap_weight: 2.0,
-            max_shared: 0.1,
+            max_shared: 0.05,
             min_score: 0.03,
             min_agreement: 0.6,
             min_confidence: 0.5,

@@ -18,8 +18,10 @@ pub struct Template<'a> {
     pub surface: Vec<(Vec3, Vec3)>,
     /// Many samples of the outside, for questions of a few centimetres; empty with one type.
     pub dense_surface: Vec<(Vec3, Vec3)>,
-    /// Even samples of the inside, block coordinates: two blocks that share some share a place.
+    /// Even samples of the inside, deepest_m, block coordinates: two blocks that share some share a place.
     pub inside: Vec<Vec3>,
+    /// How deep the deepest of them lies below the surface, metres: half the thickness of a shell.
+    pub deepest_m: f32,
     /// Area one sample of `surface` stands for, m².
     pub sample_area_m2: f32,
     /// Point pair features, when they are asked for.
@@ -86,7 +88,20 @@ fn template<'a>(
     let sample_area_m2 = model.mesh.area_m2() / surface.len().max(1) as f32;
     let rotations = rotation_grid(&model.symmetry, config.search.rotation_spacing_rad, config.search.max_rotations);
     let inside = inside(model, &field, seed.child("inside", u64::from(id.0)));
-    Ok(Template { id, model, field, surface, inside, dense_surface, sample_area_m2, pairs, cloud, rotations })
+    let deepest_m = inside.iter().map(|&p| -field.distance_m(p)).fold(0.0, f32::max);
+    Ok(Template {
+        id,
+        model,
+        field,
+        surface,
+        inside,
+        deepest_m,
+        dense_surface,
+        sample_area_m2,
+        pairs,
+        cloud,
+        rotations,
+    })
 }
 
 /// Random places inside the solid; thin shells give fewer.
