@@ -140,7 +140,7 @@ impl Default for EvidenceConfig {
             max_shared: 0.05,
             min_score: 0.03,
             min_agreement: 0.6,
-            min_confidence: 0.5,
+            min_confidence: 0.7,
         }
     }
 }
