@@ -12,6 +12,7 @@ pub mod tetrapod;
 
 mod error;
 mod model;
+mod plane_split;
 
 pub use error::BlockError;
 pub use model::{catalog, mesh_model, shape_model, warnings};

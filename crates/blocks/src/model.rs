@@ -4,7 +4,7 @@ use crate::convex_parts::{ConvexConfig, convex_parts};
 use crate::symmetry::{SymmetryConfig, find_symmetry};
 use crate::{BlockError, antifer, dolos, frustum::square_frustum, rotation_group, tetrapod};
 use geom::{MeshError, TriMesh, Warning};
-use scene::{BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, Shape, SymmetryGroup};
+use scene::{BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape, SymmetryGroup};
 use std::path::Path;
 
 /// The whole catalogue; `load_mesh` reads a mesh file given as the catalogue writes it, in the file's unit.
@@ -67,22 +67,21 @@ fn closed(mesh: &TriMesh) -> Result<TriMesh, MeshError> {
 
 /// What the user should know of a catalogue before it is used.
 pub fn warnings(catalog: &Catalog) -> Vec<Warning> {
-    let off = |m: &&BlockModel| (m.parts_volume_ratio - 1.0).abs() > 0.1;
-    catalog
-        .iter()
-        .map(|(_, m)| m)
-        .filter(off)
-        .map(|m| Warning {
-            stage: "catalog",
-            message: format!(
-                "block `{}`: the {} convex parts physics uses take {:.0} % of the mesh's volume; piles of it will stand \
-                 too high or too low, and nothing can reach into its hollows",
-                m.name,
-                m.parts.len(),
-                m.parts_volume_ratio * 100.0
-            ),
-        })
-        .collect()
+    let off = |m: &&BlockModel| m.parts_error() > 0.5 * MOST_PARTS_ERROR;
+    let said = |m: &BlockModel| {
+        let consequence = if m.parts_error() > MOST_PARTS_ERROR {
+            "too far off to make piles of it or to plan with it, but it can be recognised"
+        } else {
+            "piles of it will stand a little too high or too low, and nothing can reach into its hollows"
+        };
+        let (count, percent) = (m.parts.len(), m.parts_volume_ratio * 100.0);
+        format!(
+            "block `{}`: the {count} convex parts physics uses take {percent:.0} % of the mesh's volume: {consequence}",
+            m.name
+        )
+    };
+    let warning = |m| Warning { stage: "catalog", message: said(m) };
+    catalog.iter().map(|(_, m)| m).filter(off).map(warning).collect()
 }
 
 /// A built-in shape as a block.

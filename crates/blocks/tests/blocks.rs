@@ -130,6 +130,58 @@ fn parts_of_a_tetrapod_mesh_keep_its_volume() {
     assert!(parts.len() <= 32);
 }
 
+/// A tube along z: `sides` facets, outer radius 1, open at both ends.
+fn tube(sides: u32, inner: f32, height: f32) -> TriMesh {
+    let mut mesh = TriMesh::default();
+    for (radius, z) in [(1.0, 0.0), (1.0, height), (inner, height), (inner, 0.0)] {
+        mesh.vertices.extend((0..sides).map(|k| {
+            let (sin, cos) = (std::f32::consts::TAU * k as f32 / sides as f32).sin_cos();
+            Vec3::new(radius * cos, radius * sin, z)
+        }));
+    }
+    for ring in 0..4 {
+        for k in 0..sides {
+            let at = |ring: u32, k: u32| (ring % 4) * sides + k % sides;
+            let (a, b, c, d) = (at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k));
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn thin_walls_are_cut_until_their_parts_are_the_solid() {
+    let bracket = {
+        let slab = |size: Vec3| {
+            ConvexSolid::from_corners(
+                &(0..8)
+                    .map(|i| size * Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32))
+                    .collect::<Vec<_>>(),
+            )
+        };
+        geom::union(&[slab(Vec3::new(1.0, 0.6, 0.1)).unwrap(), slab(Vec3::new(0.1, 0.6, 0.8)).unwrap()])
+    };
+    let cut_only = ConvexConfig { steps: Vec::new(), ..Default::default() };
+    for (mesh, most) in [(tube(24, 0.85, 1.5), 40), (bracket, 8), (shape(Shape::Dolos { size: 2.0 }).mesh, 40)] {
+        assert_eq!(mesh.check_solid(), Ok(()));
+        let (parts, ratio) = convex_parts(&mesh, &cut_only);
+        assert!((ratio - 1.0).abs() < 0.085, "{} parts, {ratio}", parts.len());
+        assert!(parts.len() <= most, "{} parts, {ratio}", parts.len());
+        assert_eq!(convex_parts(&mesh, &cut_only).0, parts, "the same on every run");
+    }
+    let (_, ratio) = convex_parts(&tube(24, 0.85, 1.5), &ConvexConfig::default());
+    assert!((ratio - 1.0).abs() < 0.085, "{ratio}");
+}
+
+#[test]
+fn parts_that_are_not_the_solid_are_warned_about() {
+    let mut model = shape(Shape::Cube { size: 1.0 });
+    model.parts_volume_ratio = 1.07;
+    assert!(warnings(&Catalog::new(vec![model.clone()]))[0].message.contains("107 %"));
+    model.parts_volume_ratio = 1.3;
+    assert!(warnings(&Catalog::new(vec![model]))[0].message.contains("too far off to make piles"));
+}
+
 #[test]
 fn what_is_wrong_is_named() {
     let none = |_: &Path| Err("unit.stl: no such file".to_string());

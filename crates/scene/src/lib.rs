@@ -18,7 +18,7 @@ pub mod symmetry;
 pub use catalog::{BlockSpec, CatalogSpec, LengthUnit, Shape};
 pub use design::{DesignSurface, SlopingPlane};
 pub use instance::{CentreHypothesis, InstanceId, LabelledCloud, Segmentation};
-pub use model::{BlockModel, Catalog, ConvexPart, ModelId};
+pub use model::{BlockModel, Catalog, ConvexPart, MOST_PARTS_ERROR, ModelId};
 pub use pile::{Ground, PlacedBlock, Scene};
 pub use plan::{Placement, PlacementState, Plan, PlanSummary};
 pub use recognised::{Judgement, Recognised};

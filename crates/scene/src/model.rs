@@ -39,7 +39,16 @@ pub struct BlockModel {
     pub d_box_m: f32,
 }
 
+/// Largest share by which the union of the convex parts may differ from the solid's volume where physics uses them: a union
+/// 24 % too large piles 17 % too high, one 1 % too large 1 %.
+pub const MOST_PARTS_ERROR: f32 = 0.1;
+
 impl BlockModel {
+    /// Share by which the union of the convex parts differs from the solid's volume.
+    pub fn parts_error(&self) -> f32 {
+        (self.parts_volume_ratio - 1.0).abs()
+    }
+
     /// Mass, kg.
     pub fn mass_kg(&self) -> f32 {
         self.volume_m3 * self.density_kg_m3

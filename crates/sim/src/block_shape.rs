@@ -6,7 +6,7 @@ use crate::SimError;
 use crate::config::unit_for;
 use geom::{Mat3, Vec3};
 use rapier3d::prelude::{MassProperties, SharedShape};
-use scene::BlockModel;
+use scene::{BlockModel, MOST_PARTS_ERROR};
 use std::sync::Arc;
 
 /// A block model prepared for the engine. Cloning is cheap; one serves any number of worlds and threads.
@@ -29,6 +29,14 @@ impl BlockShape {
         let name = || model.name.clone();
         if model.parts.is_empty() {
             return Err(SimError::NoParts { name: name() });
+        }
+        if model.parts_error() > MOST_PARTS_ERROR {
+            return Err(SimError::LooseParts {
+                name: name(),
+                parts: model.parts.len(),
+                percent: 100.0 * model.parts_volume_ratio,
+                most: 100.0 * MOST_PARTS_ERROR,
+            });
         }
         let mass_kg = model.mass_kg();
         if !(mass_kg > 0.0 && mass_kg.is_finite()) {

@@ -20,6 +20,21 @@ pub enum SimError {
         /// Block name.
         name: String,
     },
+    /// Convex parts that are not the block.
+    #[error(
+        "block `{name}`: its {parts} convex parts take {percent:.0} % of the mesh's volume, off by more than {most:.0} %, so piles of it \
+         would stand at a wrong height; close bores and hollows that nothing reaches into, or thicken thin walls, in the mesh"
+    )]
+    LooseParts {
+        /// Block name.
+        name: String,
+        /// How many parts.
+        parts: usize,
+        /// Volume of their union, per cent of the mesh's.
+        percent: f32,
+        /// What is allowed, per cent.
+        most: f32,
+    },
     /// A convex part that is flat.
     #[error("block `{name}`: convex part {part} is flat, so it has no hull; repair the mesh")]
     FlatPart {

@@ -30,6 +30,17 @@ fn level_world(config: &PhysicsConfig) -> World {
 }
 
 #[test]
+fn parts_that_are_not_the_block_are_refused() {
+    let mut model = blocks::shape_model("elbow", Shape::Cube { size: 1.0 }, 2300.0).unwrap();
+    model.parts_volume_ratio = 1.46;
+    let error = BlockShape::new(&model).err().unwrap();
+    assert!(matches!(error, sim::SimError::LooseParts { parts: 1, .. }));
+    assert!(error.to_string().contains("take 146 %"), "{error}");
+    model.parts_volume_ratio = 1.09;
+    assert!(BlockShape::new(&model).is_ok());
+}
+
+#[test]
 fn a_block_falls_with_g() {
     let mut world = World::new(&PhysicsConfig::default());
     let id = world.add_moving(&cube(1.0), &at(0.0, 0.0, 100.0));

@@ -73,6 +73,15 @@ pub enum SynthError {
         /// What was wrong with the last.
         last: String,
     },
+    /// Hidden-point removal asked of a sensor that never makes hidden points.
+    #[error(
+        "recipe: visibility = \"katz\" does not go with sensor.kind = \"{sensor}\", whose rays end on the first surface they meet; \
+         remove the key, or take kind = \"gaussian\" or \"uav\""
+    )]
+    NothingToRemove {
+        /// Kind of the sensor.
+        sensor: &'static str,
+    },
     /// A viewpoint that hidden-point removal cannot use.
     #[error(transparent)]
     HiddenPoints(#[from] geom::hidden_points::HiddenPointsError),

@@ -87,6 +87,11 @@ impl<P: Projection> RangeMap<P> {
         Self { projection, range, triangle }
     }
 
+    /// Without the triangles, which [`RangeMap::sees`] does not need: half the memory of the many views of a long site.
+    pub fn without_triangles(self) -> Self {
+        Self { triangle: Vec::new(), ..self }
+    }
+
     /// Whether a surface point with the normal is seen: its tangent plane is the first thing on at least two of the
     /// four rays around it. Wrong only within one cell of an outline.
     pub fn sees(&self, point: Vec3, normal: Vec3) -> bool {

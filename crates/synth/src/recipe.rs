@@ -7,7 +7,7 @@ use crate::SynthError;
 use crate::sensor::Sensor;
 use scene::{Catalog, CatalogSpec, ModelId};
 use serde::{Deserialize, Serialize};
-use sim::PhysicsConfig;
+use sim::{BlockShape, PhysicsConfig};
 
 /// Most points of one scene.
 const MOST_POINTS: f64 = 2e7;
@@ -137,7 +137,8 @@ pub enum Visibility {
     /// Rays against the true surfaces.
     #[default]
     Exact,
-    /// Hidden-point removal on the points (Katz et al. 2007), as in the thesis; `gaussian` sensor only.
+    /// Hidden-point removal on the points (Katz et al. 2007), as in the thesis; for the sensors that look from a few
+    /// places, `gaussian` and `uav`. Beams and pixels meet the surface itself, there is nothing to remove.
     Katz,
 }
 
@@ -196,12 +197,21 @@ impl Recipe {
                 within("site.width_m", width_m, f32::MIN_POSITIVE, 5000.0, "above 0, at most 5000 m")?;
             }
         }
-        if self.visibility == Visibility::Katz && !matches!(self.sensor, Sensor::Gaussian(_)) {
-            let why = "hidden-point removal goes with the gaussian sensor only; remove the key or change the sensor";
-            return Err(SynthError::BadValue { key: "visibility", value: 1.0, why });
+        if self.visibility == Visibility::Katz && !matches!(self.sensor, Sensor::Gaussian(_) | Sensor::Uav(_)) {
+            let sensor = if matches!(self.sensor, Sensor::Mbes(_)) { "mbes" } else { "depth-camera" };
+            return Err(SynthError::NothingToRemove { sensor });
         }
         self.physics.check()?;
         self.sensor.check()
+    }
+
+    /// Checks everything that can be told without making a scene.
+    pub fn check_with(&self, catalog: &Catalog) -> Result<(), SynthError> {
+        self.resolve(catalog)?;
+        for (_, model) in catalog.iter() {
+            BlockShape::new(model)?;
+        }
+        Ok(())
     }
 
     /// The recipe against a catalogue: plan, models with weights, sizes.

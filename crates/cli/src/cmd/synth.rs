@@ -89,6 +89,7 @@ pub fn synth(args: &SynthArgs, terminal: &Terminal) -> Result<(), Exit> {
     let mut recipe = Recipe::parse(&text).with_context(named).or_bad_input()?;
     recipe.check().with_context(named).or_bad_input()?;
     let (spec, catalog, shared) = catalog(args, &recipe, terminal)?;
+    recipe.check_with(&catalog).with_context(named).or_bad_input()?;
     if let (Some(crs), Some(origin)) = (&args.site_crs, args.site_origin) {
         let scene = synth::scene(&recipe, &catalog, synth_dataset::seed(args.seed, 0)).or_bad_input()?;
         synth_site::write(&args.out, &scene, &catalog, &Georeference { crs: crs.clone(), origin })?;

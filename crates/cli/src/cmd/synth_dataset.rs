@@ -72,7 +72,16 @@ struct SceneFacts {
 
 /// Makes the scenes that are not there yet.
 pub fn make(out: &Path, order: &Order, shared: Shared, terminal: &Terminal) -> Result<(), Exit> {
-    claim(out, order, shared)?;
+    let claimed = claim(out, order, shared)?;
+    let made = make_missing(out, order, terminal);
+    if made.is_err() && !(0..order.scenes).any(|i| folder(out, i).is_dir()) {
+        // A recipe that gives no scene must not keep the folder from the next one.
+        unclaim(out, &claimed);
+    }
+    made
+}
+
+fn make_missing(out: &Path, order: &Order, terminal: &Terminal) -> Result<(), Exit> {
     let wanted: Vec<u32> = (0..order.scenes).filter(|i| i % order.shard.count == order.shard.index).collect();
     let missing: Vec<u32> = wanted.iter().copied().filter(|&i| !folder(out, i).is_dir()).collect();
     sweep(out, &missing)?;
@@ -109,8 +118,19 @@ pub fn make(out: &Path, order: &Order, shared: Shared, terminal: &Terminal) -> R
     Ok(())
 }
 
-/// Writes what all scenes share, or checks that the folder is one of this very dataset.
-fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<(), Exit> {
+/// Takes back what [`claim`] wrote. What cannot be removed stays: there is a better error to report.
+fn unclaim(out: &Path, written: &[PathBuf]) {
+    for path in written {
+        let _ = fs::remove_file(path);
+    }
+    for folder in [out.join("scenes"), out.join("meshes"), out.to_path_buf()] {
+        let _ = fs::remove_dir(folder);
+    }
+}
+
+/// Writes what all scenes share, or checks that the folder is one of this very dataset; the files it wrote.
+fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<Vec<PathBuf>, Exit> {
+    let mut written = Vec::new();
     let dataset = Dataset {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION"),
@@ -131,10 +151,13 @@ fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<(), Exit> {
                     path.display()
                 )));
             }
-            Err(_) => atomic::write_bytes(&path, &bytes)?,
+            Err(_) => {
+                atomic::write_bytes(&path, &bytes)?;
+                written.push(path);
+            }
         }
     }
-    Ok(())
+    Ok(written)
 }
 
 /// Removes what a killed run left of the scenes that are to be made again.

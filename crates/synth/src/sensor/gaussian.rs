@@ -1,12 +1,12 @@
 //! The thesis' sensor (§3.4.3): the visible surface with white noise, 1 cm for UAV and 3 cm for MBES.
 
-use super::views::{Ring, cameras, check_rings, occlusion, seen_points, thinned};
+use super::views::{Ring, cameras, check_rings, occlusion, seen_points, seen_points_by_removal, thinned};
 use super::{Scan, within};
 use crate::SynthError;
 use crate::range_map::RangeMap;
 use crate::recipe::{Resolved, Visibility};
 use crate::targets::Targets;
-use geom::{SeedTree, Vec3, hidden_points};
+use geom::{SeedTree, Vec3};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use scene::SensorKind;
@@ -54,25 +54,17 @@ impl Gaussian {
         let pixel_m = resolved.pixel_m();
         let cameras = cameras(&self.rings, self.altitude_m, &targets.bounds, pixel_m, 0.0);
         let positions: Vec<Vec3> = cameras.iter().map(|c| c.position).collect();
-        let (points, visible) = match visibility {
+        let surface = seed.child("surface", 0);
+        let seen = match visibility {
             Visibility::Exact => {
-                let maps: Vec<_> = cameras.into_par_iter().map(|c| RangeMap::render(c, targets)).collect();
-                let seen = seen_points(targets, &maps, 1, resolved.target_points, seed.child("surface", 0));
-                (seen.points, seen.view.iter().map(Option::is_some).collect::<Vec<_>>())
+                let maps: Vec<_> =
+                    cameras.into_par_iter().map(|c| RangeMap::render(c, targets).without_triangles()).collect();
+                seen_points(targets, &maps, 1, resolved.target_points, surface)
             }
-            Visibility::Katz => {
-                // A pile shows about a third of its surface to one viewpoint.
-                let per_m2 = 3.5 * resolved.target_points as f32 / targets.area_m2();
-                let points = targets.sample(per_m2, seed.child("surface", 0));
-                let mut visible = vec![false; points.position.len()];
-                for &from in &positions {
-                    for i in hidden_points::visible(&points.position, from, hidden_points::RADIUS_FACTOR)? {
-                        visible[i] = true;
-                    }
-                }
-                (points, visible)
-            }
+            Visibility::Katz => seen_points_by_removal(targets, &positions, 1, resolved.target_points, surface)?,
         };
+        let points = seen.points;
+        let visible: Vec<bool> = seen.view.iter().map(Option::is_some).collect();
         let occlusion = occlusion(&points.owner, visible.iter().copied());
         let mut rng = seed.child("noise", 0).rng();
         let shown = (0..visible.len()).filter(|&i| visible[i]).collect();

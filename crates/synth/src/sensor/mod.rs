@@ -76,7 +76,7 @@ impl Sensor {
     ) -> Result<Scan, SynthError> {
         match self {
             Self::Gaussian(s) => s.scan(targets, resolved, visibility, seed),
-            Self::Uav(s) => s.scan(targets, resolved, seed),
+            Self::Uav(s) => s.scan(targets, resolved, visibility, seed),
             Self::Mbes(s) => s.scan(targets, resolved, seed),
             Self::DepthCamera(s) => s.scan(targets, resolved, seed),
         }

@@ -4,12 +4,11 @@
 //! I_691, which also asks for oblique views in four directions and shows the slow vertical drift away from control
 //! points); structure from motion rounds edges, fills narrow gaps and fails on moving or white water.
 
-use super::views::{Ring, Waterline, cameras, check_rings, occlusion, seen_points, thinned};
+use super::views::{Ring, Waterline, cameras, check_rings, occlusion, seen_points, seen_points_by_removal, thinned};
 use super::{Scan, within};
 use crate::SynthError;
-use crate::camera::Camera;
 use crate::range_map::RangeMap;
-use crate::recipe::Resolved;
+use crate::recipe::{Resolved, Visibility};
 use crate::targets::Targets;
 use geom::{PointGrid, SeedTree, Vec3};
 use rand::{Rng, RngExt};
@@ -89,13 +88,26 @@ impl Uav {
         within("sensor.waterline.splash", water.splash, [0.0, 1.0], "0 to 1")
     }
 
-    pub(super) fn scan(&self, targets: &Targets, resolved: &Resolved, seed: SeedTree) -> Result<Scan, SynthError> {
+    pub(super) fn scan(
+        &self,
+        targets: &Targets,
+        resolved: &Resolved,
+        visibility: Visibility,
+        seed: SeedTree,
+    ) -> Result<Scan, SynthError> {
         let turn = seed.child("flight", 0).rng().random_range(0.0..std::f32::consts::TAU);
         let cameras = cameras(&self.rings, self.altitude_m, &targets.bounds, resolved.pixel_m(), turn);
         let positions: Vec<Vec3> = cameras.iter().map(|c| c.position).collect();
-        let maps: Vec<RangeMap<Camera>> = cameras.into_par_iter().map(|c| RangeMap::render(c, targets)).collect();
         let wanted = resolved.target_points;
-        let seen = seen_points(targets, &maps, self.least_views, wanted, seed.child("surface", 0));
+        let surface = seed.child("surface", 0);
+        let seen = match visibility {
+            Visibility::Exact => {
+                let maps: Vec<_> =
+                    cameras.into_par_iter().map(|c| RangeMap::render(c, targets).without_triangles()).collect();
+                seen_points(targets, &maps, self.least_views, wanted, surface)
+            }
+            Visibility::Katz => seen_points_by_removal(targets, &positions, self.least_views, wanted, surface)?,
+        };
         let occlusion = occlusion(&seen.points.owner, seen.view.iter().map(Option::is_some));
 
         let mut rng = seed.child("noise", 0).rng();

@@ -5,7 +5,7 @@ use crate::SynthError;
 use crate::camera::Camera;
 use crate::range_map::RangeMap;
 use crate::targets::{SurfacePoints, Targets};
-use geom::{Bounds, SeedTree, Vec3};
+use geom::{Bounds, SeedTree, Vec3, hidden_points};
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -109,6 +109,35 @@ pub(super) fn seen_points(
         seen.view.extend(next.view);
     }
     seen
+}
+
+/// The same by hidden-point removal on the points themselves (Katz et al. 2007), from every position.
+pub(super) fn seen_points_by_removal(
+    targets: &Targets,
+    positions: &[Vec3],
+    least_views: u16,
+    wanted: usize,
+    seed: SeedTree,
+) -> Result<Seen, SynthError> {
+    // A pile shows about a third of its surface to one viewpoint.
+    let per_m2 = 3.5 * wanted as f32 / targets.area_m2();
+    let points = targets.sample(per_m2, seed.child("surface", 0));
+    let mut views = vec![0_u16; points.position.len()];
+    let mut view = vec![None; points.position.len()];
+    let mut rng = seed.child("view", 0).rng();
+    for (k, &from) in positions.iter().enumerate() {
+        for i in hidden_points::visible(&points.position, from, hidden_points::RADIUS_FACTOR)? {
+            views[i] += 1;
+            // Each of the views so far is kept with the same chance.
+            if views[i] == 1 || rng.random_range(0..views[i]) == 0 {
+                view[i] = Some(k as u16);
+            }
+        }
+    }
+    for (view, count) in view.iter_mut().zip(views) {
+        *view = view.filter(|_| count >= least_views);
+    }
+    Ok(Seen { points, view })
 }
 
 fn look(points: SurfacePoints, maps: &[RangeMap<Camera>], least_views: u16, seed: SeedTree) -> Seen {
