@@ -1,7 +1,7 @@
 // Opens a report in a real browser and uses it: no request may leave, no script may fail, controls must act.
 //
 //   npm install playwright-core
-//   CHROMIUM=/usr/bin/chromium node report.mjs run/report.html [folder for screenshots]
+//   CHROMIUM=/usr/bin/chromium node report.mjs run/report.html [folder for screenshots and the PDF]
 //
 // Software rendering, so that it runs on a machine without a screen. Prints one line a check; exit 1 when one fails.
 
@@ -34,7 +34,7 @@ const shot = async (name, selector) => {
   if (!pictures) return;
   mkdirSync(pictures, { recursive: true });
   const path = `${pictures}/${name}.png`;
-  await (selector ? page.locator(selector).screenshot({ path }) : page.screenshot({ path, fullPage: true }));
+  await (selector ? page.locator(selector).first().screenshot({ path }) : page.screenshot({ path, fullPage: true }));
 };
 const picture = () => page.evaluate(() => { viewer.drawNow(); return viewer.canvas.toDataURL(); });
 const changes = async (what, act) => {
@@ -49,6 +49,8 @@ await page.waitForFunction(() => document.documentElement.dataset.ready, null, {
 check("3D view is ready", await page.evaluate(() => document.documentElement.dataset.ready) === "yes", `after ${Date.now() - start} ms`);
 await shot("report");
 await shot("view", "#stage");
+await shot("figures", ".figures");
+await shot("sections", "#sections figure");
 
 const { found, added } = await page.evaluate(() => ({ found: viewer.data.found.length, added: viewer.data.added.length }));
 console.log(`       ${found} blocks found, ${added} to place`);
@@ -90,17 +92,47 @@ if (found) {
   await page.locator("tr[data-block]").nth(2).click();
   await page.fill("#review-note", "seen on site");
   await page.click("#review-accept");
+  await shot("review", "#review");
   const download = page.waitForEvent("download");
   await page.click("#review-save");
   const saved = JSON.parse(readFileSync(await (await download).path(), "utf8"));
   check("the review is saved", saved.format === 1 && saved.blocks.map(b => b.verdict).join() === "rejected,accepted" && saved.blocks[1].note === "seen on site", JSON.stringify(saved.blocks[0]));
   await page.click("#review-clear");
+
+  // Opened again, also with a decision about a block that this run does not show: both must be in the file that is saved next.
+  const gone = { ...saved.blocks[0], block_id: 9999, x_m: saved.blocks[0].x_m + 500, note: "taken away" };
+  const renumbered = { ...saved.blocks[1], block_id: 4711 };
+  const file = { format: 1, reviewer: "Sato", blocks: [gone, renumbered] };
+  await page.setInputFiles("#review-open", { name: "review.json", mimeType: "application/json", buffer: Buffer.from(JSON.stringify(file)) });
+  await page.waitForFunction(() => viewer.review.elsewhere.length === 1);
+  const again = JSON.parse(await page.evaluate(() => viewer.review.text()));
+  check("a review goes on", again.reviewer === "Sato" && again.blocks.length === 2
+    && again.blocks[0].block_id === saved.blocks[1].block_id && again.blocks[1].note === "taken away", JSON.stringify(again.blocks.map(b => b.block_id)));
+  await page.locator("tr[data-block]").nth(3).click();
+  await page.locator("#canvas").press("x");
+  check("X rejects", await page.locator("tr[data-block]").nth(3).evaluate(r => r.classList.contains("rejected")));
+  await page.locator("#canvas").press("a");
+  check("A accepts", !(await page.locator("tr[data-block]").nth(3).evaluate(r => r.classList.contains("rejected"))));
+  await page.evaluate(() => { viewer.review.unsaved = false; });
 }
+
+// Without a mouse: the first controls take the focus in their order, and what has it shows it.
+const stops = [];
+await page.evaluate(() => { document.activeElement.blur(); window.scrollTo(0, 0); });
+for (let i = 0; i < 6; i++) {
+  await page.keyboard.press("Tab");
+  stops.push(await page.evaluate(() => document.activeElement.id || document.activeElement.textContent.trim().slice(0, 12)));
+}
+check("Tab goes from control to control", new Set(stops).size >= 5, stops.join(", "));
 
 await page.click("[data-set-lang=ja]");
 check("Japanese", await page.locator("h2 [lang=ja]").first().isVisible() && !await page.locator("h2 [lang=en]").first().isVisible());
 await shot("report-ja");
 await page.click("[data-set-lang=en]");
+if (pictures) {
+  await page.pdf({ path: `${pictures}/report.pdf`, format: "A4" });
+  check("it prints", readFileSync(`${pictures}/report.pdf`).length > 50000);
+}
 
 check("no request but the file itself", requests.length === 1, requests.slice(1).join(" "));
 check("no script error", errors.length === 0, errors.join(" | "));

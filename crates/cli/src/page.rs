@@ -159,8 +159,8 @@ fn figures(input: &PageInput) -> Vec<Figure> {
             "m",
         ),
         Figure::new(Text::new("Protruding blocks", "突出ブロック"), whole(&p["protruding"]), "").with_note(Text::new(
-            "Placed blocks of which any part, say a leg's tip, stands more than the overflow threshold above the design. Not a fault in itself: the plan's limit is for each block's centre of mass.",
-            "追加ブロックのうち、脚の先端など一部でも計画面より許容突出量を超えて突出するもの。計画の制限は各ブロックの重心に対するもので、ただちに不適合ではない。",
+            "some part, say a leg's tip, above the design by more than the overflow threshold; the plan limits centres of mass",
+            "脚の先端など一部でも許容突出量を超えて計画面から出るもの（計画の制限は重心に対する）",
         )),
         Figure::new(Text::new("Porosity of the new layer", "新しい層の空隙率"), fixed(&p["porosity"], 1, 100.0), "%"),
         Figure::new(

@@ -37,6 +37,22 @@ impl Default for BackboneConfig {
     }
 }
 
+impl BackboneConfig {
+    /// Numbers in the matrices of such a backbone, biases left out: what a file that claims these widths must hold.
+    pub fn matrix_weights(&self) -> u128 {
+        let product = |a: usize, b: usize| a as u128 * b as u128;
+        let mut sum = product(self.out, self.out);
+        let mut c_in = 3;
+        for (&edge, &level) in self.edge.iter().zip(&self.level) {
+            for (a, b) in [(c_in, edge), (edge, edge), (edge, level), (level, self.out)] {
+                sum = sum.saturating_add(product(a, b));
+            }
+            c_in = level;
+        }
+        sum
+    }
+}
+
 /// The backbone's weights.
 #[derive(Module, Debug)]
 pub struct GraphBackbone {

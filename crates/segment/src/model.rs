@@ -85,6 +85,12 @@ impl SegmentModel {
         if !(description.cell > 0.0 && description.cell.is_finite()) {
             return Err(SegmentError::Description("the network has no cell size".into()));
         }
+        // Before memory is taken: a header of a few lines may claim any width.
+        if description.network.matrix_weights() > bytes.len() as u128 {
+            return Err(SegmentError::Description(
+                "the network's widths ask for more weights than the file holds".into(),
+            ));
+        }
         let network = description.network.load(bytes)?;
         Ok(Self { description, network })
     }

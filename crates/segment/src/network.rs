@@ -62,6 +62,20 @@ impl NetworkConfig {
         })
     }
 
+    /// Numbers that the matrices of such a network hold at least: what a file that claims these widths must hold.
+    pub(crate) fn matrix_weights(&self) -> u128 {
+        let product = |a: usize, b: usize| a as u128 * b as u128;
+        match self {
+            Self::FpccV2(c) => c.backbone.matrix_weights(),
+            Self::Fpcc(c) => {
+                let [first, second] = c.joined;
+                [(c.edge, c.edge), (c.edge, c.global), (c.global, first), (first, second)]
+                    .into_iter()
+                    .fold(0, |sum: u128, (a, b)| sum.saturating_add(product(a, b)))
+            }
+        }
+    }
+
     /// A number that no network can have, if there is one.
     pub(crate) fn fault(&self) -> Option<&'static str> {
         match self {
