@@ -9,6 +9,7 @@ fn main() {
     println!("cargo:rustc-env=TSUMU_COMMIT={}", commit(&root).unwrap_or_else(|| "unknown".into()));
     println!("cargo:rustc-env=TSUMU_TARGET={}", std::env::var("TARGET").unwrap_or_default());
     println!("cargo:rustc-env=TSUMU_OPT_LEVEL={}", std::env::var("OPT_LEVEL").unwrap_or_default());
+    println!("cargo:rustc-env=TSUMU_FEATURES={}", features());
     println!("cargo:rerun-if-changed=build.rs");
     // A program of changed sources must not claim its commit; all of these make the program be built again anyway.
     for watched in ["Cargo.toml", "Cargo.lock"] {
@@ -23,6 +24,15 @@ fn main() {
     if let Some(branch) = git(&root, &["symbolic-ref", "--quiet", "HEAD"]) {
         watch(&root, &branch);
     }
+}
+
+/// The optional parts that are built in.
+fn features() -> String {
+    let prefix = "CARGO_FEATURE_";
+    let named = |(key, _): (String, String)| key.strip_prefix(prefix).map(str::to_lowercase).filter(|f| f != "default");
+    let mut list: Vec<String> = std::env::vars().filter_map(named).collect();
+    list.sort();
+    if list.is_empty() { "none beside the usual".into() } else { list.join(", ") }
 }
 
 /// The commit, with a `+` when the sources are not as committed.

@@ -49,7 +49,6 @@ await page.waitForFunction(() => document.documentElement.dataset.ready, null, {
 check("3D view is ready", await page.evaluate(() => document.documentElement.dataset.ready) === "yes", `after ${Date.now() - start} ms`);
 await shot("report");
 await shot("view", "#stage");
-await shot("figures", ".figures");
 await shot("sections", "#sections figure");
 
 const { found, added } = await page.evaluate(() => ({ found: viewer.data.found.length, added: viewer.data.added.length }));
