@@ -99,6 +99,7 @@ if (found) {
   await page.click("#review-clear");
 
   // Opened again, also with a decision about a block that this run does not show: both must be in the file that is saved next.
+  await page.evaluate(() => viewer.review.decisions.clear());
   const gone = { ...saved.blocks[0], block_id: 9999, x_m: saved.blocks[0].x_m + 500, note: "taken away" };
   const renumbered = { ...saved.blocks[1], block_id: 4711 };
   const file = { format: 1, reviewer: "Sato", blocks: [gone, renumbered] };
