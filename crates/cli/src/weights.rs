@@ -1,9 +1,11 @@
 //! Which weights a run uses.
 
 use crate::exit::{Exit, OrBadInput};
-use anyhow::Context;
-use geom::{Event, Observer};
+use anyhow::{Context, anyhow};
+use geom::{Event, Observer, Warning};
 use io::manifest::{Entry, Manifest};
+use placement::{PlacementError, PlacementModel};
+use plan::{PlanConfig, Policy};
 use scene::Catalog;
 use segment::SegmentModel;
 use serde_json::json;
@@ -60,6 +62,58 @@ fn is_shipped(path: &Path) -> bool {
     !path.exists() && path.to_str().is_some_and(|name| SegmentModel::shipped_as(name).is_some())
 }
 
+/// The placement network of policy `network`: the user's, or the shipped one; `None` for the other policies.
+pub fn proposer(
+    path: Option<&Path>,
+    config: &PlanConfig,
+    catalog: &Catalog,
+    observer: &dyn Observer,
+) -> Result<Option<PlacementModel>, Exit> {
+    if config.policy != Policy::Network {
+        return match path {
+            Some(_) => Err(Exit::bad_input(anyhow!("--placement-model goes with --policy network"))),
+            None => Ok(None),
+        };
+    }
+    let model = match path {
+        Some(path) => {
+            let file = weights_file(path);
+            // A file that cannot be read is named already.
+            let named = |e: PlacementError| match e {
+                PlacementError::File { .. } => anyhow!(e),
+                other => anyhow!(other).context(file.display().to_string()),
+            };
+            PlacementModel::load(&file).map_err(named).or_bad_input()?
+        }
+        None => PlacementModel::shipped().or_bad_input()?,
+    };
+    let description = &model.description;
+    let message = format!("placement network: {} ({} steps)", description.name, description.steps);
+    observer.event(Event::Noted { stage: "plan", message });
+    let strange = |name: &String| catalog.find(name).is_some_and(|id| !model.knows(catalog.get(id)));
+    let placed = config.block.iter().filter(|n| strange(n)).cloned();
+    let any = catalog.iter().filter(|(_, b)| config.block.is_none() && !model.knows(b)).map(|(_, b)| b.name.clone());
+    let strangers: Vec<String> = placed.chain(any).collect();
+    if !strangers.is_empty() {
+        let message = format!(
+            "the placement network never saw the shape of {}: its proposals may be poor; use policy `search`, or train \
+             one with `tsumu train placement`",
+            strangers.join(", ")
+        );
+        observer.event(Event::Warned(Warning { stage: "plan", message }));
+    }
+    Ok(Some(model))
+}
+
+/// Names the user's placement network in the manifest: a plan follows from it.
+pub fn record_proposer(path: Option<&Path>, manifest: &mut Manifest) -> Result<(), Exit> {
+    if let Some(path) = path {
+        manifest.notes.insert("placement_network_file".into(), json!(io::manifest::entry(&weights_file(path))?));
+    }
+    Ok(())
+}
+
+/// A training's folder or the file itself.
 fn weights_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join(MODEL_FILE) } else { path.to_path_buf() }
 }

@@ -1,20 +1,24 @@
 //! The wall around the deep-learning library: layers, training loop, weights. Knows no stage's task.
 
 pub mod attentive_pooling;
+pub mod checkpoint;
 pub mod graph_backbone;
 pub mod graph_convolution;
 pub mod neighbourhood;
 pub mod processor;
 pub mod replicas;
+pub mod residual;
 pub mod schedule;
 mod small_gemm;
 pub mod weights;
 
 /// The library itself, for the stages that define a network.
 pub use burn;
+pub use checkpoint::{Checkpoint, CheckpointError, Curve};
 pub use graph_backbone::{BackboneConfig, GraphBackbone, Trace};
 pub use graph_convolution::{GraphConvolution, floats};
 pub use neighbourhood::Neighbourhood;
 pub use processor::{Processor, ProcessorError};
 pub use replicas::Replicas;
+pub use residual::{ResNet, ResNetConfig, ResNetDepth};
 pub use weights::WeightsError;

@@ -6,15 +6,17 @@
 mod background;
 mod error;
 pub mod lessons;
+mod placement_lessons;
 pub mod review;
 pub mod survey;
 
 pub use background::Foreground;
 pub use error::PipelineError;
 pub use lessons::Lessons;
+pub use placement_lessons::PlacementLessons;
 
 use geom::{Observer, SeedTree, Silent};
-use plan::{GroundConfig, PlanConfig, PlanInput, Surfaces, SurfacesInput, Uncertainty, UncertaintyConfig};
+use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty, UncertaintyConfig};
 use pose::PoseConfig;
 use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Segmentation, Survey};
 use segment::{SegmentConfig, SegmentModel};
@@ -129,6 +131,8 @@ pub struct Works<'a> {
     pub previous: Option<&'a Plan>,
     /// What is to be built.
     pub design: &'a DesignSurface,
+    /// What proposes poses for policy `network`; the other policies need none.
+    pub proposer: Option<&'a dyn Proposer>,
     /// What the blocks lie on; `None`: estimated from the points no block explains.
     pub ground: Option<Ground>,
 }
@@ -176,7 +180,14 @@ pub fn design_lines(works: &Works) -> Vec<(bool, Vec<geom::Vec3>)> {
 }
 
 fn input<'a>(works: &'a Works, scene: &'a Scene) -> PlanInput<'a> {
-    PlanInput { scene, frame: &works.survey.frame, design: works.design, catalog: works.catalog, placed: works.placed }
+    PlanInput {
+        scene,
+        frame: &works.survey.frame,
+        design: works.design,
+        catalog: works.catalog,
+        placed: works.placed,
+        proposer: works.proposer,
+    }
 }
 
 fn surfaces_input<'a>(works: &'a Works, scene: &'a Scene, plan: &'a Plan) -> SurfacesInput<'a> {

@@ -22,7 +22,8 @@ fn main() {
     println!("site: {count} blocks on {length_m} x {WIDTH_M} m in {:.1} s", started.elapsed().as_secs_f32());
     let design = span::design(length_m, level_m);
     let frame = SiteFrame::default();
-    let input = PlanInput { scene: &scene, frame: &frame, design: &design, catalog: &catalog, placed: &[] };
+    let input =
+        PlanInput { scene: &scene, frame: &frame, design: &design, catalog: &catalog, placed: &[], proposer: None };
 
     let mut config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -18,7 +18,8 @@ fn main() {
     let scene = span::pile(&catalog, length_m, (length_m * 6.7) as usize, SeedTree::new(1));
     let design = span::design(length_m, number("level", 2.4));
     let frame = SiteFrame::default();
-    let input = PlanInput { scene: &scene, frame: &frame, design: &design, catalog: &catalog, placed: &[] };
+    let input =
+        PlanInput { scene: &scene, frame: &frame, design: &design, catalog: &catalog, placed: &[], proposer: None };
     let config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };
     let generate = GenerateConfig {
         windows: number("windows", 24.0) as u32,

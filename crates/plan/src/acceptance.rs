@@ -97,6 +97,7 @@ pub(crate) fn judge(
         PlacementState::Overflow
     } else if (trial.contacts < settings.minimum_supports && !trial.on_ground)
         || found.wedged > settings.wedge_limit
+        || trial.pushed_m > settings.shake_limit_m
         || drop.shake() > settings.shake_limit_m
     {
         PlacementState::Unstable

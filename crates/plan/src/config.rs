@@ -82,8 +82,13 @@ pub struct PlanConfig {
     pub shake_limit_m: Option<f32>,
     /// Simulated time a drop may take before it counts as unsettled (scaled with √size).
     pub drop_time_s: f32,
+    /// Whether blocks of the plan are fixed once they rest. If not, a drop may push them, and one that moves any of them
+    /// farther than `shake_limit_m` is removed; several times slower.
+    pub frozen: bool,
     /// Settings of policy `search`.
     pub search: SearchConfig,
+    /// Settings of policy `network`.
+    pub network: NetworkConfig,
     /// The crane, if its reach matters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crane: Option<CraneConfig>,
@@ -105,6 +110,24 @@ pub struct SearchConfig {
     pub trapped_weight: f32,
     /// Weight of what stands above the design against the block's height.
     pub protrusion_weight: f32,
+}
+
+/// Settings of policy `network`; how poses are ranked stands with policy `search`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NetworkConfig {
+    /// Proposals looked at in each window, the surest first.
+    pub proposals: u32,
+    /// How far a proposal may be moved on the raster for a deeper place, in cells.
+    pub nudge_cells: u32,
+    /// Proposals verified by physics in each window.
+    pub verify: u32,
+}
+
+impl Default for NetworkConfig {
+    fn default() -> Self {
+        Self { proposals: 96, nudge_cells: 4, verify: 8 }
+    }
 }
 
 impl Default for SearchConfig {
@@ -134,7 +157,9 @@ impl Default for PlanConfig {
             shake_m_s: 0.1,
             shake_limit_m: None,
             drop_time_s: 10.0,
+            frozen: true,
             search: SearchConfig::default(),
+            network: NetworkConfig::default(),
             crane: None,
             // Half the step rate and half the rest time of a pile: one block on fixed ones settles as well (the shake tells).
             physics: PhysicsConfig { step_s: 1.0 / 60.0, rest_time_s: 0.25, ..PhysicsConfig::default() },
@@ -179,12 +204,18 @@ pub struct Settings {
     pub shake_limit_m: f32,
     /// Time limit of a drop.
     pub drop_time_s: f32,
+    /// Whether placed blocks are fixed.
+    pub frozen: bool,
     /// How far a local world reaches from the place of the drop.
     pub local_radius_m: f32,
+    /// Placed blocks nearer than this to the place of the drop are free to move; 0: none.
+    pub loose_radius_m: f32,
     /// How far a block may roll in it without meeting blocks that the local world does not hold.
     pub roam_m: f32,
     /// Search settings.
     pub search: SearchConfig,
+    /// Network settings.
+    pub network: NetworkConfig,
     /// Physics for this block size.
     pub physics: PhysicsConfig,
 }
@@ -216,9 +247,13 @@ impl PlanConfig {
             shake_m_s: self.shake_m_s * scale.sqrt(),
             shake_limit_m: length(self.shake_limit_m, 0.1),
             drop_time_s: self.drop_time_s * scale.sqrt(),
-            local_radius_m: 2.0 * reach_m + roam_m,
+            frozen: self.frozen,
+            // Loose neighbours need what they stand on.
+            local_radius_m: 2.0 * reach_m + roam_m + if self.frozen { 0.0 } else { 2.0 * reach_m },
+            loose_radius_m: if self.frozen { 0.0 } else { 2.0 * reach_m },
             roam_m,
             search: self.search.clone(),
+            network: self.network,
             physics: self.physics.for_block_size(model.d_box_m),
         };
         settings.check()?;
@@ -261,6 +296,8 @@ impl Settings {
         positive("search.attitudes", self.search.attitudes as f32)?;
         positive("search.step_cells", self.search.step_cells as f32)?;
         positive("search.verify", self.search.verify as f32)?;
+        positive("network.proposals", self.network.proposals as f32)?;
+        positive("network.verify", self.network.verify as f32)?;
         not_negative("search.trapped_weight", self.search.trapped_weight)?;
         not_negative("search.protrusion_weight", self.search.protrusion_weight)?;
         Ok(self.physics.check()?)

@@ -70,8 +70,8 @@ pub enum PlanError {
     /// Walls were asked for around a boundary they cannot follow.
     #[error("plan.walls needs a convex boundary (a level or planes design with a convex polygon); set walls = false")]
     WallsNeedConvexBoundary,
-    /// No network is there to predict poses.
-    #[error("policy `network` needs a placement model and none is shipped yet; use `search` (the default) or `random`")]
+    /// No network is there to propose poses.
+    #[error("policy `network` needs a placement network (`PlanInput::proposer`); give one or use `search` or `random`")]
     NoPlacementModel,
     /// The user asked to stop.
     #[error("planning was stopped")]

@@ -5,8 +5,14 @@
 //! The best is the thesis' target; the runners-up are kept because there is rarely one right answer: see
 //! [`WindowSample::best`].
 
-use crate::{PlanConfig, PlanError, PlanInput, Policy, acceptance, random_pose, site, trial::Drop, windows};
-use geom::{Observer, Pose, SeedTree, Vec2, Vec3};
+use crate::{
+    PlanConfig, PlanError, PlanInput, Policy, acceptance,
+    depth_image::{DepthView, depth_image, window_origin},
+    random_pose, site,
+    trial::Drop,
+    windows,
+};
+use geom::{Observer, Pose, SeedTree, Vec2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -18,17 +24,15 @@ pub struct GenerateConfig {
     pub drops: u32,
     /// Most windows; 0: all that lack the minimum volume.
     pub windows: u32,
-    /// Edge of the depth image, pixels (the thesis: 512; 128 shows 2 cm on a 2 m block).
-    pub pixels: u32,
-    /// Edge of the depth image, in block lengths.
-    pub view: f32,
+    /// The depth image (the thesis: 512 pixels; more than a pixel a height-map cell shows nothing new).
+    pub view: DepthView,
     /// How many of the best drops are kept.
     pub keep: u32,
 }
 
 impl Default for GenerateConfig {
     fn default() -> Self {
-        Self { drops: 1000, windows: 0, pixels: 128, view: 1.5, keep: 16 }
+        Self { drops: 1000, windows: 0, view: DepthView { pixels: 32, edge: 1.5 }, keep: 16 }
     }
 }
 
@@ -48,8 +52,8 @@ pub struct GoodDrop {
 pub struct WindowSample {
     /// Centre of the window, local frame.
     pub centre: Vec2,
-    /// Design height minus surface, metres, row by row northwards, `pixels` × `pixels`.
-    pub depth_m: Vec<f32>,
+    /// Depth of the surface below the design, block lengths, rows from south to north; see [`DepthView`].
+    pub depth: Vec<f32>,
     /// The best drops, best first; empty when none stayed.
     pub best: Vec<GoodDrop>,
     /// Drops made.
@@ -80,8 +84,7 @@ pub fn generate_and_test(
             return Err(PlanError::Cancelled);
         }
         let mut rng = seed.child("window", number as u64).rng();
-        let level = stack.design_level_m(window.centre.x, window.centre.y);
-        let origin = window.centre.extend(if level.is_finite() { level } else { 0.0 });
+        let origin = window_origin(&stack, window.centre);
         let mut best: Vec<GoodDrop> = Vec::new();
         for _ in 0..generate.drops {
             let Some(drop) = random_pose::pose(&stack, settings, site.model, window, &mut rng) else { continue };
@@ -100,24 +103,10 @@ pub fn generate_and_test(
         best.truncate(generate.keep as usize);
         let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         observer.event(geom::Event::Advanced { stage: "generate", done });
-        let depth_m = depth_image(&stack.surface, origin, generate, block.d_box_m);
-        Ok(WindowSample { centre: window.centre, depth_m, best, drops: generate.drops })
+        let depth = depth_image(&stack, settings, window.centre, &generate.view, block.d_box_m);
+        Ok(WindowSample { centre: window.centre, depth, best, drops: generate.drops })
     };
     let samples = found.par_iter().enumerate().map(sample).collect();
     observer.event(geom::Event::Finished { stage: "generate" });
     samples
-}
-
-/// How far the surface lies below the origin, pixel by pixel; beyond the map its border continues.
-fn depth_image(surface: &geom::HeightMap, origin: Vec3, generate: &GenerateConfig, d_box_m: f32) -> Vec<f32> {
-    let (n, edge_m) = (generate.pixels as usize, generate.view * d_box_m);
-    let pixel_m = edge_m / n.max(1) as f32;
-    let last = surface.centre(surface.nx - 1, surface.ny - 1);
-    let at = |i: usize, j: usize| {
-        let offset = |k: usize| (k as f32 + 0.5) * pixel_m - 0.5 * edge_m;
-        let x = (origin.x + offset(i)).clamp(surface.origin[0], last.x);
-        let y = (origin.y + offset(j)).clamp(surface.origin[1], last.y);
-        origin.z - surface.sample_m(x, y).unwrap_or(origin.z)
-    };
-    (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect()
 }

@@ -9,9 +9,11 @@ mod attitudes;
 mod batches;
 mod config;
 mod crane;
+mod depth_image;
 mod error;
 mod generate_and_test;
 mod ground;
+mod network_pose;
 mod order;
 pub mod porosity;
 mod random_pose;
@@ -27,12 +29,14 @@ mod trial;
 mod uncertainty;
 pub mod windows;
 
-pub use config::{Inside, PlanConfig, Policy, SearchConfig, Settings};
+pub use config::{Inside, NetworkConfig, PlanConfig, Policy, SearchConfig, Settings};
 pub use crane::CraneConfig;
+pub use depth_image::{DEEPEST, DepthView, FORBIDDEN};
 pub use error::PlanError;
 pub use generate_and_test::{GenerateConfig, GoodDrop, WindowSample, generate_and_test};
 pub use ground::{GroundConfig, estimate_ground};
-pub use site::PlanInput;
+pub use network_pose::{Proposal, Proposer};
+pub use site::{PlanInput, block_to_place};
 pub use surfaces::{CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces};
 pub use uncertainty::{Case, Percentiles, Uncertainty, UncertaintyConfig, uncertainty};
 

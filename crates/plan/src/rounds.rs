@@ -4,8 +4,8 @@
 //! that of serving them one by one. What has settled is fixed for the rounds to come.
 
 use crate::{
-    PlanError, Policy, acceptance, batches, random_pose, search,
-    site::Site,
+    PlanError, Policy, acceptance, batches, network_pose, random_pose, search,
+    site::{Poses, Site},
     stack::Stack,
     trial::Drop,
     windows::{self, Window},
@@ -92,16 +92,16 @@ fn nothing_to_do(stack: &Stack, minimum_volume_m3: f32) -> String {
 
 /// Tries to place one block in a window; of what was tried at most one is kept.
 fn serve(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree) -> Vec<Placement> {
-    match &site.attitudes {
-        None => {
+    let found = match &site.poses {
+        Poses::Random => {
             let pose = random_pose::pose(stack, &site.settings, site.model, window, &mut seed.rng());
-            pose.map(|drop| attempt(site, stack, &drop, site.settings.roam_m, round).0).into_iter().collect()
+            let tried = pose.map(|drop| attempt(site, stack, &drop, site.settings.roam_m, round).0);
+            return tried.into_iter().collect();
         }
-        Some(attitudes) => {
-            let found = search::candidates(stack, &site.settings, site.model, attitudes, window);
-            search::best(site, stack, &found, round)
-        }
-    }
+        Poses::Network(proposer) => network_pose::candidates(stack, &site.settings, site.model, *proposer, window),
+        Poses::Search(attitudes) => attitudes.candidates(stack, &site.settings, site.model, window),
+    };
+    search::best(site, stack, &found, round)
 }
 
 /// Drops a block and judges it.

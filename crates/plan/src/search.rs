@@ -14,6 +14,7 @@ use crate::{
 };
 use geom::{Pose, SeedTree, Vec2, Vec3};
 use scene::{BlockModel, ModelId, Placement, PlacementState};
+use std::ops::RangeInclusive;
 
 /// Attitudes prepared once for the block and the raster.
 pub(crate) struct Attitudes {
@@ -47,25 +48,50 @@ struct Patch {
     design: Vec<f32>,
 }
 
-/// The best poses of a window, best first, all different; none when nothing fits under the design.
+/// Positions at which an attitude is laid onto the surface, in cells from the window's lower corner.
+#[derive(Clone, Debug)]
+pub(crate) struct Places {
+    pub x: RangeInclusive<usize>,
+    pub y: RangeInclusive<usize>,
+    pub step: usize,
+}
+
+/// Cells from a window's middle to its edge.
+pub(crate) fn reach_cells(settings: &Settings) -> usize {
+    (0.5 * settings.window_m / settings.cell_m).ceil() as usize
+}
+
+impl Attitudes {
+    /// The best poses of a window among every attitude at every position.
+    pub fn candidates(&self, stack: &Stack, settings: &Settings, model: ModelId, window: &Window) -> Vec<Candidate> {
+        let reach = reach_cells(settings);
+        let everywhere = Places { x: 0..=2 * reach, y: 0..=2 * reach, step: settings.search.step_cells as usize };
+        let verify = settings.search.verify as usize;
+        candidates(stack, settings, model, &self.silhouettes, |_| everywhere.clone(), verify, window)
+    }
+}
+
+/// The best `verify` poses of a window, best first, all different; none when nothing fits under the design.
 pub(crate) fn candidates(
     stack: &Stack,
     settings: &Settings,
     model: ModelId,
-    attitudes: &Attitudes,
+    silhouettes: &[Silhouette],
+    places: impl Fn(usize) -> Places,
+    verify: usize,
     window: &Window,
 ) -> Vec<Candidate> {
     let block = stack.catalog.get(model);
-    let Some(half) = attitudes.silhouettes.first().map(|s| s.half) else { return Vec::new() };
-    let reach = (0.5 * settings.window_m / settings.cell_m).ceil() as usize;
+    let Some(half) = silhouettes.first().map(|s| s.half) else { return Vec::new() };
+    let reach = reach_cells(settings);
     let Some(patch) = Patch::around(stack, settings, window.centre, half + reach) else { return Vec::new() };
-    let step = settings.search.step_cells as usize;
     // It settles a little deeper than where it first touches.
     let allowed_m = settings.overflow_m + 0.05 * block.d_box_m;
-    let mut lowest = Lowest::new(64 * settings.search.verify as usize, allowed_m);
-    for (a, silhouette) in attitudes.silhouettes.iter().enumerate() {
-        for py in (0..=2 * reach).step_by(step) {
-            for px in (0..=2 * reach).step_by(step) {
+    let mut lowest = Lowest::new(64 * verify, allowed_m);
+    for (a, silhouette) in silhouettes.iter().enumerate() {
+        let places = places(a);
+        for py in places.y.step_by(places.step) {
+            for px in places.x.clone().step_by(places.step) {
                 let design = patch.design[(py + half) * patch.side + px + half];
                 if let Some(z) = patch.contact_m(silhouette, px, py, design + lowest.limit_m) {
                     lowest.offer(Laid { above_m: z - design, attitude: a, px, py, z });
@@ -77,7 +103,7 @@ pub(crate) fn candidates(
         .into_sorted()
         .into_iter()
         .map(|l| {
-            let silhouette = &attitudes.silhouettes[l.attitude];
+            let silhouette = &silhouettes[l.attitude];
             let centre = patch.place(stack, l.px + half, l.py + half, l.z);
             let score_m = l.above_m + patch.penalty_m(silhouette, l.px, l.py, l.z, block, settings);
             let pose = silhouette::pose_at(block, silhouette.rotation, centre);
@@ -86,7 +112,7 @@ pub(crate) fn candidates(
         .collect();
     // Stable, on an order that is the same every time.
     scored.sort_by(|x, y| x.score_m.total_cmp(&y.score_m));
-    distinct(scored, block, attitudes, settings)
+    distinct(scored, block, silhouettes, verify)
 }
 
 /// A silhouette laid onto the patch.
@@ -144,19 +170,19 @@ impl Lowest {
 }
 
 /// The first few that differ from all before them by a position or an attitude.
-fn distinct(scored: Vec<Candidate>, block: &BlockModel, attitudes: &Attitudes, settings: &Settings) -> Vec<Candidate> {
+fn distinct(scored: Vec<Candidate>, block: &BlockModel, silhouettes: &[Silhouette], verify: usize) -> Vec<Candidate> {
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in scored {
         let differs = kept.iter().all(|k| {
             (k.centre - candidate.centre).length() > 0.1 * block.d_box_m
-                || block.symmetry.rotation_error_rad(
-                    attitudes.silhouettes[k.attitude].rotation,
-                    attitudes.silhouettes[candidate.attitude].rotation,
-                ) > 0.5
+                || block
+                    .symmetry
+                    .rotation_error_rad(silhouettes[k.attitude].rotation, silhouettes[candidate.attitude].rotation)
+                    > 0.5
         });
         if differs {
             kept.push(candidate);
-            if kept.len() == settings.search.verify as usize {
+            if kept.len() == verify {
                 break;
             }
         }

@@ -3,6 +3,7 @@
 use crate::{
     PlanConfig, PlanError, Policy, Settings,
     crane::Reach,
+    network_pose::Proposer,
     search::Attitudes,
     stack::{self, Stack},
 };
@@ -26,29 +27,35 @@ pub struct PlanInput<'a> {
     pub catalog: &'a Catalog,
     /// New blocks that are already placed, as built; counted as part of the pile.
     pub placed: &'a [PlacedBlock],
+    /// What proposes poses for policy `network`; the other policies need none.
+    pub proposer: Option<&'a dyn Proposer>,
 }
 
 /// The checked site.
-pub(crate) struct Site {
+pub(crate) struct Site<'a> {
     pub settings: Settings,
     pub model: ModelId,
     pub shapes: Vec<BlockShape>,
-    pub attitudes: Option<Attitudes>,
+    pub poses: Poses<'a>,
     pub reach: Option<Reach>,
     design: HeightMap,
     walls: Vec<(Vec3, Vec3)>,
 }
 
+/// Where initial poses come from, made ready.
+pub(crate) enum Poses<'a> {
+    Random,
+    Network(&'a dyn Proposer),
+    Search(Attitudes),
+}
+
 /// Checks everything that can be wrong with the input and warns about what is merely odd.
-pub(crate) fn prepare(
-    input: &PlanInput,
+pub(crate) fn prepare<'a>(
+    input: &PlanInput<'a>,
     config: &PlanConfig,
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Site, PlanError> {
-    if config.policy == Policy::Network {
-        return Err(PlanError::NoPlacementModel);
-    }
+) -> Result<Site<'a>, PlanError> {
     input.design.check()?;
     let model = block_to_place(input, config)?;
     let block = input.catalog.get(model);
@@ -82,16 +89,19 @@ pub(crate) fn prepare(
             0.1 * block.d_box_m
         ));
     }
-    let attitudes =
-        (settings.policy == Policy::Search).then(|| Attitudes::new(block, &settings, seed.child("attitudes", 0)));
+    let poses = match settings.policy {
+        Policy::Random => Poses::Random,
+        Policy::Network => Poses::Network(input.proposer.ok_or(PlanError::NoPlacementModel)?),
+        Policy::Search => Poses::Search(Attitudes::new(block, &settings, seed.child("attitudes", 0))),
+    };
     let reach = config.crane.as_ref().map(|c| c.reach(block.mass_kg(), input.frame)).transpose()?;
     let walls = if settings.walls { walls(input)? } else { Vec::new() };
-    Ok(Site { settings, model, shapes, attitudes, reach, design, walls })
+    Ok(Site { settings, model, shapes, poses, reach, design, walls })
 }
 
-impl Site {
+impl Site<'_> {
     /// The pile before planning.
-    pub fn stack<'a>(&'a self, input: &PlanInput<'a>) -> Stack<'a> {
+    pub fn stack<'s>(&'s self, input: &PlanInput<'s>) -> Stack<'s> {
         let mut stack = Stack::new(
             input.catalog,
             &self.shapes,
@@ -104,12 +114,13 @@ impl Site {
         for block in input.scene.blocks.iter().chain(input.placed) {
             stack.add(*block, 0);
         }
+        stack.existing = stack.blocks.len();
         stack
     }
 }
 
 /// The block named in the configuration, else the most frequent of the pile, else the first.
-fn block_to_place(input: &PlanInput, config: &PlanConfig) -> Result<ModelId, PlanError> {
+pub fn block_to_place(input: &PlanInput, config: &PlanConfig) -> Result<ModelId, PlanError> {
     if input.catalog.is_empty() {
         return Err(PlanError::EmptyCatalog);
     }

@@ -14,6 +14,8 @@ pub(crate) struct Stack<'a> {
     pub frame: &'a SiteFrame,
     /// Existing blocks first, then new ones in the order of placing.
     pub blocks: Vec<PlacedBlock>,
+    /// How many of them were there before planning.
+    pub existing: usize,
     /// Present surface; outside the works too.
     pub surface: HeightMap,
     /// Design heights in the local frame; NaN outside the works.
@@ -62,6 +64,7 @@ impl<'a> Stack<'a> {
             design_surface,
             frame,
             blocks,
+            existing: 0,
             surface,
             design,
             changed,
@@ -104,6 +107,11 @@ impl<'a> Stack<'a> {
     /// Design height at a place, exact; NaN outside the works.
     pub fn design_level_m(&self, x: f32, y: f32) -> f32 {
         level_m(self.design_surface, self.frame, x, y)
+    }
+
+    /// Whether (x, y) belongs to the works, by the raster.
+    pub fn has_design(&self, x: f32, y: f32) -> bool {
+        self.design.cell_of(x, y).is_some_and(|(ix, iy)| self.design.at(ix, iy).is_finite())
     }
 
     /// Whether a posed block lies inside the boundary; what leans on a solid wall may press into it by a hundredth.

@@ -3,7 +3,7 @@
 //! In: the stack, a block and the pose in which the crane lets go. Out: where it came to rest, on what, and whether a
 //! small shake moves it. A fresh world per trial is parallel and history-free: a reused one is not bit-identical
 //! (measured), and a trial costs a millisecond. Everything already in the pile is fixed, so blocks that overlap in
-//! the input cannot push each other apart.
+//! the input cannot push each other apart; blocks of the plan itself may be left loose (`frozen = false`).
 
 use crate::{Settings, stack::Stack};
 use geom::{Bounds, Pose, Vec3};
@@ -21,12 +21,16 @@ pub(crate) struct Trial {
     /// Blocks touched at rest, plus one for the ground.
     pub contacts: u32,
     pub on_ground: bool,
+    /// Farthest that a loose neighbour moved.
+    pub pushed_m: f32,
 }
 
 /// A drop in progress: the world is kept for the shake.
 pub(crate) struct Drop<'a> {
     world: World,
     body: BodyId,
+    /// Placed blocks that are free to move, with their centres of mass in block and site coordinates.
+    loose: Vec<(BodyId, Vec3, Vec3)>,
     settings: &'a Settings,
     centre: Vec3,
     mass_kg: f32,
@@ -43,12 +47,20 @@ impl<'a> Drop<'a> {
         for (point, normal) in &stack.walls {
             world.add_wall(*point, *normal);
         }
+        let mut loose = Vec::new();
         for i in stack.near(at.x, at.y, settings.local_radius_m) {
             let near = &stack.blocks[i];
-            world.add_fixed(&stack.shapes[near.model.0 as usize], &near.site_from_block);
+            let shape = &stack.shapes[near.model.0 as usize];
+            let place = stack.centre(i);
+            if i >= stack.existing && (place - at).truncate().length() < settings.loose_radius_m {
+                let id = world.add_moving(shape, &near.site_from_block);
+                loose.push((id, stack.catalog.get(near.model).centre, place));
+            } else {
+                world.add_fixed(shape, &near.site_from_block);
+            }
         }
         let body = world.add_moving(&stack.shapes[model.0 as usize], drop);
-        Self { world, body, settings, centre: block.centre, mass_kg: block.mass_kg() }
+        Self { world, body, loose, settings, centre: block.centre, mass_kg: block.mass_kg() }
     }
 
     /// Lets go; gives up as soon as the centre has moved sideways by more than `limit_m` or is `lost`.
@@ -56,7 +68,7 @@ impl<'a> Drop<'a> {
         let start = self.pose() * self.centre;
         let (at_rest, displaced_m) = self.run(self.settings.drop_time_s, start, limit_m, lost);
         let (contacts, on_ground) = if at_rest { self.contacts() } else { (0, false) };
-        Trial { rest: self.pose(), at_rest, displaced_m, contacts, on_ground }
+        Trial { rest: self.pose(), at_rest, displaced_m, contacts, on_ground, pushed_m: self.pushed_m() }
     }
 
     /// Pushes the resting block three ways; the largest distance its centre moves from where it rested.
@@ -99,6 +111,13 @@ impl<'a> Drop<'a> {
             }
         }
         (false, displaced_m)
+    }
+
+    fn pushed_m(&self) -> f32 {
+        let moved = |(id, centre, before): &(BodyId, Vec3, Vec3)| {
+            self.world.pose(*id).map_or(f32::INFINITY, |pose| (pose * *centre - *before).length())
+        };
+        self.loose.iter().map(moved).fold(0.0, f32::max)
     }
 
     fn contacts(&self) -> (u32, bool) {

@@ -19,6 +19,8 @@ pub enum ReproduceError {
     #[error(transparent)]
     Plan(#[from] plan::PlanError),
     #[error(transparent)]
+    Placement(#[from] placement::PlacementError),
+    #[error(transparent)]
     Pipeline(#[from] pipeline::PipelineError),
     #[error(transparent)]
     Metrics(#[from] metrics::MetricsError),

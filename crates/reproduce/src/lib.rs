@@ -6,6 +6,10 @@
 
 mod error;
 mod markdown;
+mod placement_network;
+mod planning_policies;
+mod planning_site;
+mod planning_tables;
 mod pose_ablation;
 mod pose_confidence;
 mod pose_hard;
@@ -86,6 +90,9 @@ pub const EXPERIMENTS: &[Experiment] = &[
     pose_confidence::EXPERIMENT,
     pose_hard::HARD,
     pose_hard::SIZES,
+    placement_network::EXPERIMENT,
+    planning_tables::EXPERIMENT,
+    planning_policies::EXPERIMENT,
 ];
 
 /// The experiment of that name.

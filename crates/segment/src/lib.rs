@@ -20,7 +20,8 @@ mod vote_peaks;
 
 pub use calibration::Confidence;
 pub use error::SegmentError;
-pub use model::{ModelDescription, SegmentModel, ShapeSignature};
+pub use model::{ModelDescription, SegmentModel};
 pub use network::NetworkConfig;
+pub use scene::ShapeSignature;
 pub use stage::{Clustering, SegmentConfig, scales, segment};
 pub use train::{SceneSource, Split, TrainConfig, Trained, train};

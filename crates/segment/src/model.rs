@@ -4,7 +4,7 @@ use crate::SegmentError;
 use crate::calibration::Confidence;
 use crate::network::{Network, NetworkConfig};
 use crate::train::TrainConfig;
-use scene::{BlockModel, Catalog};
+use scene::{BlockModel, Catalog, ShapeSignature};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -26,28 +26,6 @@ pub struct ModelDescription {
     /// What a density of votes is worth.
     #[serde(default)]
     pub confidence: Confidence,
-}
-
-/// What tells a shape from another whatever its size.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ShapeSignature {
-    /// Volume over d_max³.
-    pub volume: f32,
-    /// Order of the rotation group.
-    pub symmetry: u32,
-}
-
-impl ShapeSignature {
-    /// Of a block.
-    pub fn of(block: &BlockModel) -> Self {
-        Self { volume: block.volume_m3 / block.d_max_m.powi(3), symmetry: block.symmetry.order() as u32 }
-    }
-
-    /// The same rotations and a volume within 10 %.
-    pub fn matches(&self, other: &Self) -> bool {
-        self.symmetry == other.symmetry && (self.volume / other.volume - 1.0).abs() < 0.1
-    }
 }
 
 /// Weights ready for [`crate::segment`].

@@ -13,6 +13,7 @@ pub mod synth;
 pub mod synth_dataset;
 pub mod synth_site;
 pub mod train;
+pub mod train_placement;
 pub mod verify;
 
 use crate::args::{Command, Options};

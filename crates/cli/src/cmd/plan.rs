@@ -3,7 +3,7 @@
 use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
 use crate::result_folder::RunFolder;
-use crate::{inputs, outputs, review, settings};
+use crate::{inputs, outputs, review, settings, weights};
 use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
@@ -34,6 +34,9 @@ pub struct PlanArgs {
     /// Plan on from this placements.csv (or the folder of a plan): what still holds of it is kept
     #[arg(long, value_name = "PLAN")]
     pub from: Option<PathBuf>,
+    /// A placement network of your own, for policy `network`: a training's folder or its file
+    #[arg(long, value_name = "MODEL")]
+    pub placement_model: Option<PathBuf>,
     /// How many plans the range of the count is taken from; 0: no range
     #[arg(long, value_name = "N")]
     pub plans: Option<u32>,
@@ -47,7 +50,7 @@ pub struct PlanArgs {
 pub enum PolicyName {
     /// A random attitude above the window
     Random,
-    /// What a placement network proposes; refused, since no placement model is shipped yet
+    /// Poses a network proposes from the depth image, the best verified by physics
     Network,
     /// The best of many attitudes, verified by physics
     Search,
@@ -81,6 +84,7 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
         None => None,
     };
     review::honoured_one(&site_dir, Manifest::load(&run_dir).ok().as_ref(), terminal)?;
+    let proposer = weights::proposer(args.placement_model.as_deref(), &config.plan, &inputs.catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out)?;
     let seed_number = args.seed.unwrap_or(inputs.site.spec.seed);
     let works = Works {
@@ -89,6 +93,7 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
         blocks: &blocks,
         placed: &[],
         previous: previous.as_ref(),
+        proposer: proposer.as_ref().map(|p| p as _),
         design: &design,
         ground: inputs::ground(&inputs.site, &inputs.survey),
     };

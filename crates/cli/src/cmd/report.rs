@@ -48,6 +48,7 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         blocks: &blocks,
         placed: &[],
         previous: None,
+        proposer: None,
         design: &design,
         ground: inputs::ground(&inputs.site, survey),
     };

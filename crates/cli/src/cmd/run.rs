@@ -36,6 +36,9 @@ pub struct RunArgs {
     /// [default: the shipped weights that suit the catalogue]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
+    /// A placement network of your own, for policy `network`: a training's folder or its file
+    #[arg(long, value_name = "MODEL")]
+    pub placement_model: Option<PathBuf>,
     /// How many plans the range of the count is taken from; 0: no range
     #[arg(long, value_name = "N")]
     pub plans: Option<u32>,
@@ -60,11 +63,13 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     pipeline::survey::check_design(survey, &design)?;
     let decided = review::of_site(&site.folder)?;
     let weights = weights::choose(args.model.as_deref(), catalog, terminal)?;
+    let proposer = weights::proposer(args.placement_model.as_deref(), &config.plan, catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out.clone().unwrap_or_else(|| site.folder.join("run")))?;
     let seed_number = args.seed.unwrap_or(site.spec.seed);
     let seed = SeedTree::new(seed_number);
     let mut manifest = Manifest::new(version::STAMP, seed_number, serde_json::to_value(&config)?);
     weights.record(&mut manifest);
+    weights::record_proposer(args.placement_model.as_deref(), &mut manifest)?;
     manifest.inputs = inputs.hashes.iter().map(|(name, entry)| (io::manifest::portable(name), entry.clone())).collect();
     if decided.is_some() {
         manifest.add_input(Path::new(io::review::FILE), &site.folder.join(io::review::FILE))?;
@@ -90,6 +95,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         blocks: &recognition.blocks,
         placed: &[],
         previous: None,
+        proposer: proposer.as_ref().map(|p| p as _),
         design: &design,
         ground: inputs::ground(site, survey),
     };

@@ -1,5 +1,6 @@
 //! `tsumu train`: networks from recipes, scenes made while it trains.
 
+use crate::cmd::train_placement::{PlacementTraining, train_placement};
 use crate::exit::{Exit, OrBadInput};
 use crate::progress::Terminal;
 use crate::weights;
@@ -9,6 +10,7 @@ use geom::SeedTree;
 use net::Processor;
 use pipeline::Lessons;
 use pipeline::lessons::Blocks;
+use scene::Catalog;
 use segment::fpcc::FpccConfig;
 use segment::loss::LossConfig;
 use segment::{NetworkConfig, SegmentModel, Split, TrainConfig};
@@ -26,6 +28,8 @@ pub struct TrainArgs {
 enum Network {
     /// The segmentation network, on piles that the recipes describe
     Segment(SegmentTraining),
+    /// The placement network, on drops that the planner generates and tests itself
+    Placement(PlacementTraining),
 }
 
 /// The networks that can be trained.
@@ -84,6 +88,7 @@ struct SegmentTraining {
 pub fn train(args: &TrainArgs, terminal: &Terminal) -> Result<(), Exit> {
     match &args.network {
         Network::Segment(args) => train_segment(args, terminal),
+        Network::Placement(args) => train_placement(args, terminal),
     }
 }
 
@@ -140,16 +145,22 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
 
 /// A recipe file with the blocks it or the catalogue names.
 fn lessons(path: &Path, args: &SegmentTraining) -> anyhow::Result<Lessons> {
+    let (recipe, catalog) = recipe(path, args.catalog.as_deref())?;
+    let blocks = if args.any_shape { Blocks::AnyShape } else { Blocks::Catalog };
+    Ok(Lessons::new(recipe, catalog, blocks)?)
+}
+
+/// A recipe file, and the blocks that it or the catalogue names.
+pub fn recipe(path: &Path, catalog: Option<&Path>) -> anyhow::Result<(synth::Recipe, Catalog)> {
     let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
     let recipe = synth::Recipe::parse(&text).with_context(|| format!("{}", path.display()))?;
-    let (file, spec) = match (&args.catalog, &recipe.catalog) {
-        (Some(file), _) => (file.clone(), io::site::load_catalog(file)?),
+    let (file, spec) = match (catalog, &recipe.catalog) {
+        (Some(file), _) => (file.to_owned(), io::site::load_catalog(file)?),
         (None, Some(spec)) => (path.to_owned(), spec.clone()),
         (None, None) => {
             return Err(anyhow!("{} names no blocks: give --catalog catalog.toml", path.display()));
         }
     };
     let catalog = blocks::catalog(&spec, &io::site::mesh_loader(&file))?;
-    let blocks = if args.any_shape { Blocks::AnyShape } else { Blocks::Catalog };
-    Ok(Lessons::new(recipe, catalog, blocks)?)
+    Ok((recipe, catalog))
 }

@@ -1,9 +1,31 @@
 //! What holds for every plan.
 
 use crate::site::{self, Heard, Site};
-use geom::{HeightMap, SeedTree, Silent, Vec2};
-use plan::{PlanConfig, Policy, plan};
+use geom::{HeightMap, Quat, SeedTree, Silent, Vec2};
+use plan::{DepthView, PlanConfig, PlanInput, Policy, Proposal, Proposer, plan};
 use scene::{PlacementState, Plan};
+
+/// Proposes what a network without training might: some attitude over the deepest pixel, then others.
+struct Deepest;
+
+impl Proposer for Deepest {
+    fn view(&self) -> DepthView {
+        DepthView { pixels: 12, edge: 1.2 }
+    }
+
+    fn propose(&self, depth: &[f32]) -> Vec<Proposal> {
+        assert_eq!(depth.len(), 144);
+        let deepest = (0..144).max_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
+        let view = self.view();
+        let centre = Vec2::new(view.offset(deepest % 12), view.offset(deepest / 12));
+        let turn = |i: u8| Quat::from_rotation_z(f32::from(i)) * Quat::from_rotation_x(0.7 * f32::from(i));
+        (0..24).map(|i| Proposal { centre: if i < 12 { centre } else { Vec2::ZERO }, rotation: turn(i) }).collect()
+    }
+}
+
+fn with_proposer(site: &Site) -> PlanInput<'_> {
+    PlanInput { proposer: Some(&Deepest), ..site.input() }
+}
 
 fn config(policy: Policy) -> PlanConfig {
     let mut config = PlanConfig { policy, rounds: 6, block: Some("large".into()), ..PlanConfig::default() };
@@ -27,6 +49,9 @@ fn check(site: &Site, config: &PlanConfig, plan: &Plan) {
     let block = site.catalog.get(model);
     assert!(plan.summary.blocks as usize == plan.placements.len() && !plan.placements.is_empty());
     assert!(plan.summary.void_after_m3 < plan.summary.void_before_m3);
+    let density = |porosity: f32| 1.0 - porosity;
+    let (one, two) = (density(plan.summary.porosity), density(plan.summary.porosity_rasterised));
+    assert!((one / two - 1.0).abs() < 0.01, "packing density {one} by volumes, {two} by columns");
     for (i, p) in plan.placements.iter().enumerate() {
         assert_eq!((p.order as usize, p.state, p.model), (i + 1, PlacementState::Kept, model));
         assert!(p.contacts >= 2 || (p.rest * block.centre).z < block.d_max_m, "{p:?}");
@@ -87,11 +112,11 @@ fn nothing_is_needed_before_it_comes(site: &Site, block: &scene::BlockModel, pla
 #[test]
 fn plans_obey_their_laws_and_threads_change_nothing() {
     let site = site::site(12.0, 16, 2.5);
-    for policy in [Policy::Random, Policy::Search] {
+    for policy in [Policy::Random, Policy::Network, Policy::Search] {
         let config = config(policy);
         let with = |threads: usize, seed: u64| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| plan(&site.input(), &config, SeedTree::new(seed), &Silent).unwrap())
+            pool.install(|| plan(&with_proposer(&site), &config, SeedTree::new(seed), &Silent).unwrap())
         };
         let (one, two) = (with(1, 7), with(2, 7));
         assert_eq!(bits(&one), bits(&two));
@@ -108,4 +133,36 @@ fn search_places_more_and_closer_than_random() {
     assert!(search.blocks as f32 >= 1.12 * random.blocks as f32, "{} against {}", search.blocks, random.blocks);
     assert!(search.mean_distance_m < random.mean_distance_m);
     assert!(search.porosity < random.porosity);
+}
+
+#[test]
+fn loose_blocks_are_not_pushed_out_of_place() {
+    let site = site::site(8.0, 6, 2.5);
+    let with = |frozen: bool| {
+        let mut config = PlanConfig { frozen, ..config(Policy::Search) };
+        config.rounds = 4;
+        let plan = plan(&site.input(), &config, SeedTree::new(3), &Silent).unwrap();
+        assert!(plan.summary.blocks >= 3, "{:?}", plan.summary);
+        (config, plan)
+    };
+    let (_, fixed) = with(true);
+    let (config, loose) = with(false);
+    assert!(loose.summary.blocks <= fixed.summary.blocks + 2, "freedom adds no room");
+    // The last world again, all of the plan free at once: nothing leaves its place.
+    let shape = |model| sim::BlockShape::new(site.catalog.get(model)).unwrap();
+    let physics = config.physics.for_block_size(2.0);
+    let mut world = sim::World::new(&physics);
+    let bounds = geom::Bounds { min: geom::Vec3::ZERO, max: geom::Vec3::splat(8.0) };
+    world.add_ground(&site.scene.ground, &bounds.grown(4.0));
+    for b in &site.scene.blocks {
+        world.add_fixed(&shape(b.model), &b.site_from_block);
+    }
+    let free: Vec<_> = loose.placements.iter().map(|p| (world.add_moving(&shape(p.model), &p.rest), p)).collect();
+    world.step(120);
+    let moved = |(id, p): &(sim::BodyId, &scene::Placement)| {
+        let centre = site.catalog.get(p.model).centre;
+        (world.pose(*id).unwrap() * centre - p.rest * centre).length()
+    };
+    let still = free.iter().filter(|f| moved(f) < 0.3).count();
+    assert!(still * 10 >= free.len() * 9, "{still} of {} stayed", free.len());
 }

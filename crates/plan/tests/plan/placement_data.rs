@@ -2,12 +2,18 @@
 
 use crate::site;
 use geom::{SeedTree, Silent, Vec3};
-use plan::{GenerateConfig, PlanConfig, generate_and_test};
+use plan::{DepthView, GenerateConfig, PlanConfig, generate_and_test};
 
 #[test]
 fn samples_hold_only_drops_that_stayed_best_first() {
     let site = site::site(10.0, 10, 2.5);
-    let generate = GenerateConfig { drops: 40, windows: 3, pixels: 32, keep: 5, ..GenerateConfig::default() };
+    let generate = GenerateConfig {
+        drops: 40,
+        windows: 3,
+        view: DepthView { pixels: 32, edge: 1.5 },
+        keep: 5,
+        ..GenerateConfig::default()
+    };
     let make =
         || generate_and_test(&site.input(), &PlanConfig::default(), &generate, SeedTree::new(4), &Silent).unwrap();
     let samples = make();
@@ -16,8 +22,8 @@ fn samples_hold_only_drops_that_stayed_best_first() {
     let block = site.catalog.get(site.catalog.find("small").unwrap());
     assert!(samples.iter().any(|s| s.best.len() > 1));
     for sample in &samples {
-        assert_eq!(sample.depth_m.len(), 32 * 32);
-        assert!(sample.depth_m.iter().all(|d| *d <= 2.5 + 1e-4), "nothing lies below the ground");
+        assert_eq!(sample.depth.len(), 32 * 32);
+        assert!(sample.depth.iter().all(|d| *d * block.d_box_m <= 2.5 + 1e-4), "nothing lies below the ground");
         assert!(sample.best.len() <= 5);
         assert!(sample.best.windows(2).all(|w| w[0].filled_m3 >= w[1].filled_m3));
         for drop in &sample.best {

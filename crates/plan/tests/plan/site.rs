@@ -21,6 +21,7 @@ impl Site {
             design: &self.design,
             catalog: &self.catalog,
             placed: &[],
+            proposer: None,
         }
     }
 }

@@ -1,0 +1,126 @@
+//! What a training keeps on disk, so that it can be stopped at any checkpoint and go on from there.
+//!
+//! A folder holds `curve.csv` and `checkpoint/` with the network, the optimiser and, written last, the steps done. Files are
+//! written beside their place and renamed: a power cut leaves the checkpoint before.
+
+use burn::module::Module;
+use burn::optim::ModuleOptimizer;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// A file of a training that could not be read or written.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{path}: {message}")]
+pub struct CheckpointError {
+    /// The file.
+    pub path: String,
+    /// The system's message.
+    pub message: String,
+}
+
+/// A training's folder.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    folder: PathBuf,
+}
+
+impl Checkpoint {
+    /// Makes the folder. The settings are written beside the checkpoint and held against those of an earlier run.
+    pub fn open(folder: &Path, settings: &str) -> Result<Self, CheckpointError> {
+        let this = Self { folder: folder.to_owned() };
+        fs::create_dir_all(folder.join("checkpoint")).map_err(|e| error(folder, e))?;
+        let path = folder.join("config.json");
+        if this.steps_done()? > 0 {
+            let before = fs::read_to_string(&path).map_err(|e| error(&path, e))?;
+            if before != settings {
+                return Err(error(&path, "this training was begun with other settings; choose another folder"));
+            }
+        }
+        replace(&path, |p| fs::write(p, settings).map_err(|e| e.to_string()))?;
+        Ok(this)
+    }
+
+    /// The last checkpoint's network, optimiser and steps done, or what was given and 0.
+    pub fn resume<M: Module>(
+        &self,
+        network: M,
+        optimiser: ModuleOptimizer,
+    ) -> Result<(M, ModuleOptimizer, u64), CheckpointError> {
+        let done = self.steps_done()?;
+        if done == 0 {
+            return Ok((network, optimiser, 0));
+        }
+        let path = self.file("network.bpk");
+        let network = network.try_load_file(&path).map_err(|e| error(&path, e))?;
+        let path = self.file("optimiser.bpk");
+        let optimiser = optimiser.load(&path).map_err(|e| error(&path, e))?;
+        Ok((network, optimiser, done))
+    }
+
+    /// Steps of the last checkpoint; 0 without one.
+    pub fn steps_done(&self) -> Result<u64, CheckpointError> {
+        let path = self.file("steps");
+        match fs::read_to_string(&path) {
+            Ok(text) => text.trim().parse().map_err(|e| error(&path, e)),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(0),
+            Err(e) => Err(error(&path, e)),
+        }
+    }
+
+    /// Writes everything, the count of steps last; `model` goes to `model.safetensors` in the folder.
+    pub fn save<M: Module>(
+        &self,
+        network: &M,
+        optimiser: &ModuleOptimizer,
+        done: u64,
+        model: &[u8],
+    ) -> Result<(), CheckpointError> {
+        replace(&self.file("network.bpk"), |p| network.clone().save_file(p).map_err(|e| e.to_string()))?;
+        replace(&self.file("optimiser.bpk"), |p| optimiser.save(p).map_err(|e| e.to_string()))?;
+        replace(&self.folder.join("model.safetensors"), |p| fs::write(p, model).map_err(|e| e.to_string()))?;
+        replace(&self.file("steps"), |p| fs::write(p, done.to_string()).map_err(|e| e.to_string()))
+    }
+
+    /// The learning curve's file; lines beyond `done` steps (written after the last checkpoint) are dropped.
+    pub fn curve(&self, header: &str, done: u64) -> Result<Curve, CheckpointError> {
+        let path = self.folder.join("curve.csv");
+        let old = fs::read_to_string(&path).unwrap_or_default();
+        let step = |line: &&str| line.split(',').next().and_then(|s| s.parse::<u64>().ok());
+        let kept = old.lines().skip(1).filter(|l| step(l).is_some_and(|s| s <= done));
+        let text = std::iter::once(header).chain(kept).fold(String::new(), |t, l| t + l + "\n");
+        fs::write(&path, text).map_err(|e| error(&path, e))?;
+        let file = OpenOptions::new().append(true).open(&path).map_err(|e| error(&path, e))?;
+        Ok(Curve { path, file })
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.join("checkpoint").join(name)
+    }
+}
+
+/// `curve.csv`, open for appending.
+#[derive(Debug)]
+pub struct Curve {
+    path: PathBuf,
+    file: File,
+}
+
+impl Curve {
+    /// Appends a line, which begins with the step.
+    pub fn write(&mut self, line: &str) -> Result<(), CheckpointError> {
+        writeln!(self.file, "{line}").map_err(|e| error(&self.path, e))
+    }
+}
+
+fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<(), String>) -> Result<(), CheckpointError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // Keeps its ending: the library adds its own to a name without one.
+    let new = path.with_file_name(format!("new.{name}"));
+    write(&new).map_err(|e| error(&new, e))?;
+    fs::rename(&new, path).map_err(|e| error(path, e))
+}
+
+fn error(path: &Path, message: impl ToString) -> CheckpointError {
+    CheckpointError { path: path.display().to_string(), message: message.to_string() }
+}

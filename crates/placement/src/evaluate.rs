@@ -1,0 +1,47 @@
+//! How far a network's answers lie from the best drops that generate-and-test found (Table 4.1).
+
+use crate::{PlacementModel, Sample};
+use scene::SymmetryGroup;
+use serde::{Deserialize, Serialize};
+
+/// Errors against the best drop of each window, means over the windows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Windows.
+    pub windows: usize,
+    /// Rotation error of the surest answer modulo symmetry, radians.
+    pub rotation_rad: f32,
+    /// Displacement of the surest answer, block lengths.
+    pub displacement: f32,
+    /// The same of the answer nearest in rotation among all modes.
+    pub nearest_rotation_rad: f32,
+    /// Its displacement.
+    pub nearest_displacement: f32,
+}
+
+/// Judges every window, unturned.
+pub fn errors(model: &PlacementModel, samples: &[Sample], symmetry: &SymmetryGroup) -> Errors {
+    let mut sum = Errors::default();
+    for sample in samples {
+        let Some(best) = sample.good.first() else { continue };
+        let answers = model.answers(&sample.depth(), &[0.0]);
+        let off = |a: &crate::model::Answer| {
+            (symmetry.rotation_error_rad(a.rotation, best.rotation), (a.centre - best.centre).length())
+        };
+        let Some(first) = answers.first().map(off) else { continue };
+        let nearest = answers.iter().map(off).fold(first, |n, e| if e.0 < n.0 { e } else { n });
+        sum.windows += 1;
+        sum.rotation_rad += first.0;
+        sum.displacement += first.1;
+        sum.nearest_rotation_rad += nearest.0;
+        sum.nearest_displacement += nearest.1;
+    }
+    let n = sum.windows.max(1) as f32;
+    Errors {
+        windows: sum.windows,
+        rotation_rad: sum.rotation_rad / n,
+        displacement: sum.displacement / n,
+        nearest_rotation_rad: sum.nearest_rotation_rad / n,
+        nearest_displacement: sum.nearest_displacement / n,
+    }
+}

@@ -1,0 +1,105 @@
+//! The site of the planning tables: a span like Sawara's, 25 m wide and 150 m long at 100 percent, 1000 tetrapods of 2 m on
+//! a level bed, a level design 2.4 m above it, tetrapods one size larger to add.
+
+use crate::{Bench, ReproduceError};
+use geom::{Observer, SeedTree};
+use placement::PlacementModel;
+use plan::{PlanConfig, PlanInput, Policy};
+use scene::{Catalog, DesignSurface, PlanSummary, Scene, Shape, SiteFrame};
+use synth::Recipe;
+
+const WIDTH_M: f64 = 25.0;
+const LENGTH_M: f64 = 150.0;
+const LEVEL_M: f64 = 2.4;
+/// Blocks per metre of the span.
+const BLOCKS_PER_M: f64 = 1000.0 / 150.0;
+
+/// The policies in the order of the tables.
+pub(crate) const POLICIES: [(&str, Policy); 3] =
+    [("random", Policy::Random), ("network", Policy::Network), ("search", Policy::Search)];
+
+/// The span with everything planning needs.
+pub(crate) struct Span {
+    pub catalog: Catalog,
+    pub scene: Scene,
+    pub length_m: f64,
+    design: DesignSurface,
+    frame: SiteFrame,
+    model: PlacementModel,
+}
+
+impl Span {
+    /// Drops the pile of the bench's seed on its percentage of the length.
+    pub fn new(bench: &Bench) -> Result<Self, ReproduceError> {
+        let block = |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
+        let catalog = Catalog::new(vec![block("tetrapod-2.0m", 2.0)?, block("tetrapod-2.1m", 2.1)?]);
+        let length_m = LENGTH_M * bench.settings.percent as f64 / 100.0;
+        let count = (length_m * BLOCKS_PER_M).round().max(1.0);
+        let set = "the planning site";
+        // The survey is not used: few points.
+        let text = format!(
+            "name = \"span\"\ncount = [{count}, {count}]\ndensity_per_m2 = 5\n\
+             [[mix]]\nmodel = \"tetrapod-2.0m\"\nshare = 1.0\n\
+             [site]\nkind = \"strip\"\nlength_m = {length_m:.1}\nwidth_m = {WIDTH_M:.1}\n\
+             [bed]\nstone_blocks = 0.0\n[sensor]\nkind = \"gaussian\"\n"
+        );
+        let recipe =
+            Recipe::parse(&text).map_err(|e| ReproduceError::Recipe { set: set.into(), message: e.to_string() })?;
+        let seed = SeedTree::new(bench.settings.seed).child("span", 0);
+        let made = synth::scene(&recipe, &catalog, seed).map_err(|source| ReproduceError::Scene {
+            set: set.into(),
+            index: 0,
+            source,
+        })?;
+        let (x, y) = (length_m / 2.0, WIDTH_M / 2.0);
+        let design = DesignSurface::Level { level_m: LEVEL_M, boundary: vec![[-x, -y], [x, -y], [x, y], [-x, y]] };
+        let model = PlacementModel::shipped()?;
+        Ok(Self { catalog, scene: made.scene, length_m, design, frame: SiteFrame::default(), model })
+    }
+
+    /// The figures of one plan.
+    pub fn plan(
+        &self,
+        config: &PlanConfig,
+        seed: SeedTree,
+        observer: &dyn Observer,
+    ) -> Result<PlanSummary, ReproduceError> {
+        if observer.cancelled() {
+            return Err(ReproduceError::Stopped);
+        }
+        let input = PlanInput {
+            scene: &self.scene,
+            frame: &self.frame,
+            design: &self.design,
+            catalog: &self.catalog,
+            placed: &[],
+            proposer: Some(&self.model),
+        };
+        Ok(plan::plan(&input, config, seed, observer)?.summary)
+    }
+
+    /// What every page says of the site.
+    pub fn words(&self) -> String {
+        format!(
+            "{:.1} × {WIDTH_M} m, {} tetrapods of 2.0 m, supplement 2.1 m, level design {LEVEL_M} m above the bed; placement \
+             network: {} ({} steps).",
+            self.length_m,
+            self.scene.blocks.len(),
+            self.model.description.name,
+            self.model.description.steps
+        )
+    }
+}
+
+/// The planner's settings for one policy, with the supplement.
+pub(crate) fn settings(policy: Policy) -> PlanConfig {
+    PlanConfig { policy, block: Some("tetrapod-2.1m".into()), ..PlanConfig::default() }
+}
+
+/// Mean and standard deviation of a figure; one value has none.
+pub(crate) fn mean_and_spread(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+    (mean, if values.len() > 1 { (squares / (n - 1.0)).sqrt() } else { 0.0 })
+}
