@@ -26,7 +26,7 @@ mod segmentation_time;
 
 pub use error::ReproduceError;
 pub use markdown::{Align, Table};
-pub use scenes::{HeldOut, SiteSet, site_sets};
+pub use scenes::{HeldOut, SiteSet, site_sets, white_noise_sets};
 
 use geom::Observer;
 use segment::SegmentModel;

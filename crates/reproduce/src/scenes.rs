@@ -26,6 +26,17 @@ const RECIPES: [(&str, &str); 6] = [
     ("era-mbes", include_str!("../../../recipes/era-mbes.toml")),
 ];
 
+/// The thesis' own simplification of the first site: white noise, no ground.
+const WHITE_NOISE: [(&str, &str); 2] = [
+    ("white-noise-uav", include_str!("../../../recipes/white-noise-uav.toml")),
+    ("white-noise-mbes", include_str!("../../../recipes/white-noise-mbes.toml")),
+];
+
+/// Two sets as simple as the thesis', on which FPCC can be compared.
+pub fn white_noise_sets() -> Result<Vec<SiteSet>, ReproduceError> {
+    WHITE_NOISE.iter().map(|&(name, text)| SiteSet::parse(name, text)).collect()
+}
+
 /// All six, in the order of the thesis' tables.
 pub fn site_sets() -> Result<Vec<SiteSet>, ReproduceError> {
     RECIPES.iter().map(|&(name, text)| SiteSet::parse(name, text)).collect()
@@ -87,8 +98,9 @@ mod tests {
 
     #[test]
     fn the_recipes_read_and_name_their_blocks() {
-        let sets = site_sets().unwrap();
+        let mut sets = site_sets().unwrap();
         assert_eq!(sets.len(), 6);
+        sets.extend(white_noise_sets().unwrap());
         assert!(sets.iter().all(|s| s.recipe.name == s.name && !s.catalog.is_empty()));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
-use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line};
+use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line, white_noise_sets};
 use geom::SeedTree;
 use segment::{Clustering, SegmentConfig, SegmentModel, segment};
 
@@ -15,13 +15,20 @@ pub const EXPERIMENT: Experiment = Experiment {
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut table = Table::new(&["set, clustering", "blocks asked for", "P %", "R %", "AP %", "AP50 %"]);
     let mut weights = Vec::new();
-    for set in site_sets()? {
+    let white_noise = white_noise_sets()?;
+    let without_ground: Vec<&str> = white_noise.iter().map(|s| s.name).collect();
+    for set in site_sets()?.into_iter().chain(white_noise.clone()) {
         let default = match bench.model {
             Some(model) => model.clone(),
             None => SegmentModel::shipped(&set.catalog)?,
         };
         let mut ways = vec![("votes (default)", Clustering::Votes, default.clone())];
         ways.push(("embedding (thesis)", Clustering::Embedding, default));
+        if without_ground.contains(&set.name)
+            && let Some(fpcc) = SegmentModel::shipped_as("fpcc")
+        {
+            ways.push(("FPCC (thesis, chapter 2)", Clustering::Embedding, fpcc?));
+        }
         let scenes = set.held_out(bench).collect::<Result<Vec<_>, _>>()?;
         for (label, clustering, model) in ways {
             let config = SegmentConfig { clustering, ..Default::default() };

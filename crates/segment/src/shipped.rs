@@ -6,14 +6,21 @@ use scene::Catalog;
 /// Tetrapods from the air and by echo sounder: the default for them.
 const TETRAPOD: &[u8] = include_bytes!("../weights/tetrapod.safetensors");
 
+/// Blocks and parts of any shape: the default for whatever the tetrapod's weights do not know.
+const ANY_SHAPE: &[u8] = include_bytes!("../weights/any-shape.safetensors");
+
+/// The thesis' first network, for tetrapods without ground; for comparisons.
+const FPCC: &[u8] = include_bytes!("../weights/fpcc.safetensors");
+
 /// Name, as `--model` takes it, and bytes.
-const SHIPPED: &[(&str, &[u8])] = &[("tetrapod", TETRAPOD)];
+const SHIPPED: &[(&str, &[u8])] = &[("tetrapod", TETRAPOD), ("any-shape", ANY_SHAPE), ("fpcc", FPCC)];
 
 impl SegmentModel {
-    /// The shipped weights for this catalogue. Which they are stands in `description.name`; blocks of a shape they
-    /// never saw are named by [`SegmentModel::strangers`], and [`crate::segment`] warns of them.
-    pub fn shipped(_catalog: &Catalog) -> Result<Self, SegmentError> {
-        Self::from_bytes(TETRAPOD)
+    /// The shipped weights for this catalogue: the tetrapod's when it holds nothing else, otherwise those for any shape.
+    /// Which they are stands in `description.name`.
+    pub fn shipped(catalog: &Catalog) -> Result<Self, SegmentError> {
+        let tetrapod = Self::from_bytes(TETRAPOD)?;
+        if tetrapod.strangers(catalog).is_empty() { Ok(tetrapod) } else { Self::from_bytes(ANY_SHAPE) }
     }
 
     /// Shipped weights by name; `None` for a name there are none of.
@@ -28,16 +35,17 @@ mod tests {
     use scene::Shape;
 
     #[test]
-    fn tetrapods_of_any_size_are_known_and_cubes_are_strangers() {
+    fn tetrapods_of_any_size_have_their_weights_and_a_cube_among_them_asks_for_those_of_any_shape() {
         let model = |name: &str, shape| blocks::shape_model(name, shape, 2300.0).unwrap();
-        let catalog = Catalog::new(vec![
-            model("small", Shape::Tetrapod { size: 0.3 }),
-            model("large", Shape::Tetrapod { size: 4.0 }),
-            model("cube", Shape::Cube { size: 2.0 }),
-        ]);
-        let shipped = SegmentModel::shipped(&catalog).unwrap();
-        assert_eq!(shipped.strangers(&catalog), ["cube"]);
+        let mut models =
+            vec![model("small", Shape::Tetrapod { size: 0.3 }), model("large", Shape::Tetrapod { size: 4.0 })];
+        let shipped = SegmentModel::shipped(&Catalog::new(models.clone())).unwrap();
         assert!(shipped.description.name.contains("tetrapod"));
+        models.push(model("cube", Shape::Cube { size: 2.0 }));
+        let catalog = Catalog::new(models);
+        assert_eq!(shipped.strangers(&catalog), ["cube"]);
+        let any = SegmentModel::shipped(&catalog).unwrap();
+        assert!(any.description.name.contains("any shape") && any.strangers(&catalog).is_empty());
     }
 
     #[test]
