@@ -7,13 +7,7 @@ use plan::{DepthView, GenerateConfig, PlanConfig, generate_and_test};
 #[test]
 fn samples_hold_only_drops_that_stayed_best_first() {
     let site = site::site(10.0, 10, 2.5);
-    let generate = GenerateConfig {
-        drops: 40,
-        windows: 3,
-        view: DepthView { pixels: 32, edge: 1.5 },
-        keep: 5,
-        ..GenerateConfig::default()
-    };
+    let generate = GenerateConfig { drops: 40, windows: 3, view: DepthView { pixels: 32, edge: 1.5 }, keep: 5 };
     let make =
         || generate_and_test(&site.input(), &PlanConfig::default(), &generate, SeedTree::new(4), &Silent).unwrap();
     let samples = make();
