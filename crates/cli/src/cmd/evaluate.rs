@@ -271,12 +271,13 @@ fn instance_counts(
         }
         found.into_iter().map(|f| f.unwrap_or(0)).collect()
     };
-    // Blocks too occluded to be asked for are neither right nor wrong: their points are left out.
-    let asked: HashMap<u32, bool> =
-        truths.iter().map(|t| (t.placed.block.0, t.occlusion < criteria.occlusion_limit)).collect();
-    let keep: Vec<usize> = (0..true_label.len()).filter(|&i| *asked.get(&true_label[i]).unwrap_or(&true)).collect();
-    let pick = |column: &[u32]| -> Vec<u32> { keep.iter().map(|&i| column[i]).collect() };
-    let (predicted, truth) = (pick(&predicted), pick(true_label));
+    // Blocks too occluded to be asked for are neither right nor wrong, nor is an instance that lies on one.
+    let labels = truths.iter().map(|t| t.placed.block.0).max().unwrap_or(0) as usize;
+    let mut hidden = vec![false; labels];
+    for t in truths.iter().filter(|t| t.occlusion >= criteria.occlusion_limit && t.placed.block.0 > 0) {
+        hidden[t.placed.block.0 as usize - 1] = true;
+    }
+    let (predicted, truth) = metrics::without_hidden(&predicted, true_label, &hidden);
     let scene = InstanceScene { predicted: &predicted, truth: &truth };
     Ok(Some(metrics::precision_recall(&[scene], 0.5)?))
 }
