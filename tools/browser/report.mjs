@@ -91,7 +91,13 @@ if (found) {
   await page.locator("tr[data-block]").nth(2).click();
   await page.fill("#review-note", "seen on site");
   await page.click("#review-accept");
-  await shot("review", "#review");
+  // In a small window and without the points: a quiet picture, and a small file.
+  await page.uncheck("#show-points");
+  await page.setViewportSize({ width: 860, height: 560 });
+  await picture();
+  await shot("review", "#view");
+  await page.setViewportSize({ width: 1360, height: 900 });
+  await page.check("#show-points");
   const download = page.waitForEvent("download");
   await page.click("#review-save");
   const saved = JSON.parse(readFileSync(await (await download).path(), "utf8"));

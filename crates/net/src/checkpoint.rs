@@ -7,6 +7,7 @@ use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 /// A file of a training that could not be read or written.
@@ -52,9 +53,9 @@ impl Checkpoint {
             return Ok((network, optimiser, 0));
         }
         let path = self.file("network.bpk");
-        let network = network.try_load_file(&path).map_err(|e| error(&path, e))?;
+        let network = guarded(|| network.try_load_file(&path)).map_err(|e| error(&path, e))?;
         let path = self.file("optimiser.bpk");
-        let optimiser = optimiser.load(&path).map_err(|e| error(&path, e))?;
+        let optimiser = guarded(|| optimiser.load(&path)).map_err(|e| error(&path, e))?;
         Ok((network, optimiser, done))
     }
 
@@ -110,6 +111,14 @@ impl Curve {
     /// Appends a line, which begins with the step.
     pub fn write(&mut self, line: &str) -> Result<(), CheckpointError> {
         writeln!(self.file, "{line}").map_err(|e| error(&self.path, e))
+    }
+}
+
+/// The library's readers panic at some damaged files: that is an error like any other.
+pub fn guarded<T, E: ToString>(load: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(load)) {
+        Ok(loaded) => loaded.map_err(|e| e.to_string()),
+        Err(_) => Err("is damaged; take an earlier copy of the folder, or begin the training anew".into()),
     }
 }
 

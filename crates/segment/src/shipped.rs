@@ -53,4 +53,39 @@ mod tests {
         assert!(SHIPPED.iter().all(|s| SegmentModel::shipped_as(s.0).unwrap().is_ok()));
         assert!(SegmentModel::shipped_as("nothing").is_none());
     }
+
+    /// Weights come from elsewhere too: damage is named, nothing panics, and no claim takes memory.
+    #[test]
+    fn damaged_weights_are_refused_or_harmless() {
+        let header = 8 + u64::from_le_bytes(TETRAPOD[..8].try_into().unwrap()) as usize;
+        let refused = |bytes: &[u8]| SegmentModel::from_bytes(bytes).is_err();
+        for cut in [0, 7, 8, header / 2, header, header + 1, TETRAPOD.len() - 1] {
+            assert!(refused(&TETRAPOD[..cut]), "cut at {cut}");
+        }
+        let text = String::from_utf8(TETRAPOD[8..header].to_vec()).unwrap();
+        let with = |text: &str| [&(text.len() as u64).to_le_bytes()[..], text.as_bytes(), &TETRAPOD[header..]].concat();
+        for (from, to) in [
+            (r#"\"out\":512"#, r#"\"out\":99999999"#),
+            (r#"\"edge\":["#, r#"\"edge\":[4000000000,"#),
+            (r#"\"out\":512"#, r#"\"out\":-1"#),
+            ("\"F32\"", "\"F99\""),
+            ("data_offsets\":[0,", "data_offsets\":[18446744073709551615,"),
+            ("\"shape\":[", "\"shape\":[18446744073709551615,18446744073709551615,"),
+        ] {
+            let bomb = text.replace(from, to);
+            assert!(bomb != text, "{from} is not in the header");
+            assert!(refused(&with(&bomb)), "{to}");
+        }
+        let tree = geom::SeedTree::new(5);
+        let mut named = 0;
+        for i in 0..150 {
+            let mut mutant = TETRAPOD.to_vec();
+            for step in 0..3 {
+                let at = (tree.child("at", 3 * i + step).value() % header as u64) as usize;
+                mutant[at] = tree.child("byte", 3 * i + step).value() as u8;
+            }
+            named += usize::from(refused(&mutant));
+        }
+        assert!(named > 100, "{named}");
+    }
 }

@@ -64,9 +64,9 @@ impl Checkpoint {
             return Ok((network, optimiser, 0));
         }
         let path = self.file("network.bpk");
-        let network = network.try_load_file(&path).map_err(|e| self.error(&path, e))?;
+        let network = net::checkpoint::guarded(|| network.try_load_file(&path)).map_err(|e| self.error(&path, e))?;
         let path = self.file("optimiser.bpk");
-        let optimiser = optimiser.load(&path).map_err(|e| self.error(&path, e))?;
+        let optimiser = net::checkpoint::guarded(|| optimiser.load(&path)).map_err(|e| self.error(&path, e))?;
         Ok((network, optimiser, done))
     }
 
