@@ -45,7 +45,7 @@ pub struct ReproduceArgs {
 pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal) -> Result<(), Exit> {
     if args.names.is_empty() {
         for e in EXPERIMENTS {
-            terminal.say(format!("{:<22}{}", e.name, e.about));
+            terminal.say(format!("{:<26}{}", e.name, e.about));
         }
         return Ok(());
     }
