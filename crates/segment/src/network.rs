@@ -112,7 +112,9 @@ pub(crate) trait Learner: Module + Clone + Sync {
     /// The loss on a tile, without gradients.
     fn judged(&self, tile: &Targets, config: &TrainConfig) -> LossReport;
     /// The weights of a model of the same architecture.
-    fn take(&mut self, model: &SegmentModel) -> Result<(), WeightsError>;
+    fn take(&mut self, model: &SegmentModel) -> Result<(), WeightsError> {
+        net::weights::from_bytes(self, &model.network.to_bytes(&BTreeMap::new())?)
+    }
     /// As one of the networks.
     fn into_network(self) -> Network;
 }
@@ -147,10 +149,6 @@ impl Learner for FpccV2 {
         let device = Device::flex();
         let hood = neighbourhood(tile.position.clone(), self.backbone_config(config));
         loss(self.infer(&hood, &device), tile, &config.loss, &device).1
-    }
-
-    fn take(&mut self, model: &SegmentModel) -> Result<(), WeightsError> {
-        net::weights::from_bytes(self, &model.network.to_bytes(&BTreeMap::new())?)
     }
 
     fn into_network(self) -> Network {
@@ -189,10 +187,6 @@ impl Learner for Fpcc {
     fn judged(&self, tile: &Targets, config: &TrainConfig) -> LossReport {
         let device = Device::flex();
         loss(self.forward(&tile.inputs(), &device).into(), tile, &config.loss, &device).1
-    }
-
-    fn take(&mut self, model: &SegmentModel) -> Result<(), WeightsError> {
-        net::weights::from_bytes(self, &model.network.to_bytes(&BTreeMap::new())?)
     }
 
     fn into_network(self) -> Network {

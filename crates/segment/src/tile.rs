@@ -107,10 +107,8 @@ impl ThinScene {
         self.position.is_empty()
     }
 
-    /// The `points` nearest in plan to a random point, mostly one on a block; turned, and mirrored half the time if
-    /// `mirror`. Points nearer than `margin` d_max to the cut are not inner.
-    pub fn tile(&self, points: usize, margin: f32, mirror: bool, seed: SeedTree) -> Targets {
-        let mut rng = seed.rng();
+    /// A random point, mostly one on a block.
+    fn place<R: rand::Rng>(&self, rng: &mut R) -> Vec3 {
         let mut at = rng.random_range(0..self.len());
         for _ in 0..20 {
             if self.instance[at] > 0 {
@@ -118,7 +116,14 @@ impl ThinScene {
             }
             at = rng.random_range(0..self.len());
         }
-        let middle = self.position[at];
+        self.position[at]
+    }
+
+    /// The `points` nearest in plan to a random point, mostly one on a block; turned, and mirrored half the time if
+    /// `mirror`. Points nearer than `margin` d_max to the cut are not inner.
+    pub fn tile(&self, points: usize, margin: f32, mirror: bool, seed: SeedTree) -> Targets {
+        let mut rng = seed.rng();
+        let middle = self.place(&mut rng);
         let mut near: Vec<(u32, u32)> = self
             .position
             .iter()
@@ -149,14 +154,7 @@ impl ThinScene {
     /// §2: a batch is drawn from a whole scene); turned and mirrored as a tile. A piece of fewer points repeats some.
     pub fn sample(&self, points: usize, edge: f32, margin: f32, mirror: bool, seed: SeedTree) -> Targets {
         let mut rng = seed.rng();
-        let mut at = rng.random_range(0..self.len());
-        for _ in 0..20 {
-            if self.instance[at] > 0 {
-                break;
-            }
-            at = rng.random_range(0..self.len());
-        }
-        let middle = self.position[at];
+        let middle = self.place(&mut rng);
         let turn = turn(mirror, &mut rng);
         let out = |i: usize| turn(self.position[i] - middle).truncate().abs().max_element() - 0.5 * edge;
         let mut inside: Vec<usize> = (0..self.len()).filter(|&i| out(i) <= 0.0).collect();
