@@ -54,7 +54,6 @@ pub(crate) fn cluster_pieces(
         let local: Vec<Vec3> = piece.points.iter().map(|&i| position[i as usize] - piece.middle).collect();
         let own = predict(network, batch_points, &local, seed.child("piece", number as u64));
         let clusters = cluster(&local, &own, threshold, suppression);
-        let first = found.clusters.centres.len() as u32;
         let mut kept = vec![None; clusters.centres.len()];
         for (c, &at) in clusters.centres.iter().enumerate() {
             // The neighbouring piece has it in its own core.
@@ -75,7 +74,6 @@ pub(crate) fn cluster_pieces(
         for (slot, &i) in piece.points.iter().enumerate().take(piece.core) {
             found.prediction.centre[i as usize] = own.centre[slot];
         }
-        debug_assert!(first as usize <= found.clusters.centres.len());
         finished += piece.core;
         piece_done(finished);
     }
