@@ -27,12 +27,12 @@ pub fn random_union(seed: SeedTree) -> BlockModel {
 fn draw(seed: SeedTree, name: &str) -> Option<BlockModel> {
     let mut rng = seed.rng();
     let regular = rng.random_bool(0.5);
-    let parts = match rng.random_range(0..16) {
-        0..4 => legs(&mut rng, regular),
-        4..8 => bars(&mut rng, regular),
-        8..10 => core_with_noses(&mut rng, regular),
-        10 => vec![chamfered_box(&mut rng, regular)],
-        11..14 => segments(&mut rng, regular),
+    let parts = match rng.random_range(0..24) {
+        0..6 => legs(&mut rng, regular),
+        6..13 => bars(&mut rng, regular),
+        13..17 => core_with_noses(&mut rng, regular),
+        17 => vec![chamfered_box(&mut rng, regular)],
+        18..22 => segments(&mut rng, regular),
         _ => frame(&mut rng, regular),
     };
     let solids: Vec<ConvexSolid> = parts.iter().map(|c| ConvexSolid::from_corners(c)).collect::<Option<_>>()?;

@@ -5,7 +5,7 @@ use rand::RngExt;
 use scene::{BlockModel, Catalog, PlacedBlock, Shape};
 use segment::tile::LabelledScene;
 use segment::{SegmentError, ShapeSignature};
-use synth::Recipe;
+use synth::{Recipe, Site};
 
 /// Which blocks the piles are made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,8 +13,9 @@ pub enum Blocks {
     /// Those of the catalogue.
     #[default]
     Catalog,
-    /// One type a pile, of the size of the catalogue's: two in ten the catalogue's own, two a cube or an Antifer block,
-    /// six a random union of convex parts that no other pile has. For a network that works on any shape.
+    /// One type a pile, of the size of the catalogue's: one in eight the catalogue's own, one a cube or an Antifer block,
+    /// six a random union of convex parts that no other pile has. Piles have half as many blocks, for the sake of more
+    /// piles. For a network that works on any shape.
     AnyShape,
 }
 
@@ -64,7 +65,7 @@ impl Lessons {
                 labelled(&self.recipe, &self.catalog, unit_m, seed)
             }
             Blocks::AnyShape => {
-                let recipe = Recipe { mix: Vec::new(), ..self.recipe.clone() };
+                let recipe = half_as_large(&self.recipe);
                 let mut last = String::new();
                 for attempt in 0..MOST_SHAPES {
                     let node = seed.child("shape", attempt);
@@ -85,7 +86,7 @@ impl Lessons {
         let mut rng = seed.rng();
         let own = self.catalog.iter().nth(rng.random_range(0..self.catalog.len())).expect("within its length").1;
         let built_in = |shape| blocks::shape_model("stand-in", shape, own.density_kg_m3).map_err(|e| e.to_string());
-        let model = match rng.random_range(0..10) {
+        let model = match rng.random_range(0..16) {
             0..2 => own.clone(),
             2 => built_in(Shape::Cube { size: 1.0 })?,
             3 => built_in(Shape::Antifer { size: 1.0 })?,
@@ -94,6 +95,18 @@ impl Lessons {
         let size = rng.random_range(0.8..1.2);
         Ok(model.scaled(own.d_max_m * size / model.d_max_m))
     }
+}
+
+/// The recipe with half its blocks, of one type, on half its area.
+fn half_as_large(recipe: &Recipe) -> Recipe {
+    let side = std::f32::consts::FRAC_1_SQRT_2;
+    let site = match recipe.site {
+        Site::Strip { length_m, width_m } => Site::Strip { length_m: length_m * side, width_m: width_m * side },
+        Site::Bin { length_m, width_m } => Site::Bin { length_m: length_m * side, width_m: width_m * side },
+        Site::Pen { side_blocks } => Site::Pen { side_blocks: side_blocks * side },
+    };
+    let count = recipe.count.map(|n| (n / 2).max(1));
+    Recipe { mix: Vec::new(), count, site, ..recipe.clone() }
 }
 
 /// One scanned pile with the truth of every point.

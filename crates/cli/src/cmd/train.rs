@@ -111,6 +111,11 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
         config.network = NetworkConfig::Fpcc(FpccConfig { batch_points: args.batch_points, ..Default::default() });
         config.loss = LossConfig::of_the_thesis();
     }
+    if args.any_shape {
+        // What is learnt is as wide as the shapes seen: more piles, each looked at less often.
+        config.steps_per_scene = 8;
+        config.scenes_kept = 240;
+    }
     if args.gpu {
         config.processor = Processor::Gpu;
         config.processor.device().or_bad_input()?;
