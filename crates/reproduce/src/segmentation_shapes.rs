@@ -5,7 +5,8 @@ use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::{Bench, Experiment, ReproduceError, Table, weights_line};
 use geom::SeedTree;
-use scene::{BlockModel, Catalog, Shape};
+use pose::PoseConfig;
+use scene::{BlockModel, Catalog, CentreHypothesis, Recognised, Segmentation, Shape};
 use segment::{Clustering, SegmentConfig, SegmentModel, segment};
 
 pub const EXPERIMENT: Experiment = Experiment {
@@ -52,23 +53,32 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
                 source,
             })?);
         }
-        for (label, clustering) in [("votes", Clustering::Votes), ("embedding", Clustering::Embedding)] {
-            let config = SegmentConfig { clustering, ..Default::default() };
-            let mut judged = Vec::new();
-            for (i, scene) in scenes.iter().enumerate() {
-                let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-                let found = segment(&scene.survey.cloud, &catalog, &network, &config, seed, bench.observer)?;
-                judged.push(Judged::of(&found, scene));
-            }
+        let known = if network.description.shapes.is_empty() {
+            "for any shape"
+        } else if network.strangers(&catalog).is_empty() {
+            "trained on it"
+        } else {
+            "no"
+        };
+        let mut rows: Vec<(&str, Vec<Judged>)> =
+            ["votes", "votes, then poses", "embedding"].map(|label| (label, Vec::new())).into();
+        for (i, scene) in scenes.iter().enumerate() {
+            let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
+            let look = |clustering| {
+                let config = SegmentConfig { clustering, ..Default::default() };
+                segment(&scene.survey.cloud, &catalog, &network, &config, seed, bench.observer)
+            };
+            let votes = look(Clustering::Votes)?;
+            let seed = SeedTree::new(bench.settings.seed).child("pose", 0);
+            let blocks =
+                pose::recognise(&scene.survey, &votes, &catalog, &PoseConfig::default(), seed, bench.observer)?;
+            rows[0].1.push(Judged::of(&votes, scene));
+            rows[1].1.push(Judged::of(&of_blocks(&blocks, scene.instance.len()), scene));
+            rows[2].1.push(Judged::of(&look(Clustering::Embedding)?, scene));
+        }
+        for (label, judged) in rows {
             let v = verdict(&judged)?;
             let asked = v.counts.true_positives + v.counts.false_negatives;
-            let known = if network.description.shapes.is_empty() {
-                "for any shape"
-            } else if network.strangers(&catalog).is_empty() {
-                "trained on it"
-            } else {
-                "no"
-            };
             table.row([
                 format!("{name}, {label}"),
                 asked.to_string(),
@@ -80,8 +90,27 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         }
     }
     Ok(format!(
-        "Drone survey, 700 points/m², 50–55 blocks a scene. Weights: {}.\n\n{}",
+        "Drone survey, 700 points/m², 50–55 blocks a scene. *Then poses*: the points of the blocks that the pose stage, which knows \
+         the mesh, recognises from those instances. Weights: {}.\n\n{}",
         weights.join("; "),
         table.finish()
     ))
+}
+
+/// The points of recognised blocks as instances.
+fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
+    let mut found = Segmentation {
+        instance: vec![0; points],
+        confidence: vec![0.0; points],
+        instances: blocks.len(),
+        ..Default::default()
+    };
+    for (label, block) in (1..).zip(blocks) {
+        for &i in &block.points {
+            found.instance[i as usize] = label;
+        }
+        let centre = block.site_from_block.translation;
+        found.hypotheses.push(CentreHypothesis { centre, score: block.confidence, points: block.points.clone() });
+    }
+    found
 }
