@@ -7,6 +7,7 @@ mod background;
 mod error;
 pub mod lessons;
 mod placement_lessons;
+mod recogniser;
 pub mod review;
 pub mod survey;
 
@@ -14,12 +15,13 @@ pub use background::Foreground;
 pub use error::PipelineError;
 pub use lessons::Lessons;
 pub use placement_lessons::PlacementLessons;
+pub use recogniser::{Recogniser, Recognition};
 
-use geom::{Observer, SeedTree, Silent};
+use geom::{Observer, SeedTree};
 use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty, UncertaintyConfig};
 use pose::PoseConfig;
-use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Segmentation, Survey};
-use segment::{SegmentConfig, SegmentModel};
+use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Survey};
+use segment::SegmentConfig;
 use serde::{Deserialize, Serialize};
 
 /// Settings of all stages; `Default` is the method's.
@@ -36,85 +38,6 @@ pub struct Config {
     pub plan: PlanConfig,
     /// How the range of the count is found.
     pub uncertainty: UncertaintyConfig,
-}
-
-/// What recognition leaves. Indices and labels are those of the whole survey.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Recognition {
-    /// Instances and centre hypotheses.
-    pub segmentation: Segmentation,
-    /// Blocks, accepted and not judged.
-    pub blocks: Vec<Recognised>,
-}
-
-/// From a survey to blocks: the bin goes, points are segmented, segments become blocks.
-pub fn recognise(
-    survey: &Survey,
-    catalog: &Catalog,
-    model: &SegmentModel,
-    config: &Config,
-    seed: SeedTree,
-    observer: &dyn Observer,
-) -> Result<Recognition, PipelineError> {
-    let segments = segment_foreground(survey, catalog, model, config, seed, observer)?;
-    recognise_segments(survey, catalog, segments, config, seed, observer)
-}
-
-/// The first half of [`recognise`], apart so that a long job can be kept after it: instances of the part of the survey
-/// that can hold blocks; labels and indices are those of that part.
-pub fn segment_foreground(
-    survey: &Survey,
-    catalog: &Catalog,
-    model: &SegmentModel,
-    config: &Config,
-    seed: SeedTree,
-    observer: &dyn Observer,
-) -> Result<Segmentation, PipelineError> {
-    Ok(segmented(survey, catalog, model, config, seed, observer)?.1)
-}
-
-/// The second half: segments become blocks. `segments` are those of [`segment_foreground`] with the same seed.
-pub fn recognise_segments(
-    survey: &Survey,
-    catalog: &Catalog,
-    segments: Segmentation,
-    config: &Config,
-    seed: SeedTree,
-    observer: &dyn Observer,
-) -> Result<Recognition, PipelineError> {
-    let foreground = Foreground::of(survey, catalog, seed.child("background", 0), &Silent);
-    let part = &foreground.survey;
-    let blocks = pose::recognise(part, &segments, catalog, &config.pose, seed.child("pose", 0), observer)?;
-    Ok(foreground.whole(segments, blocks))
-}
-
-/// The first room alone: which point belongs to which block.
-pub fn segment_survey(
-    survey: &Survey,
-    catalog: &Catalog,
-    model: &SegmentModel,
-    config: &Config,
-    seed: SeedTree,
-    observer: &dyn Observer,
-) -> Result<Segmentation, PipelineError> {
-    let (foreground, segmentation) = segmented(survey, catalog, model, config, seed, observer)?;
-    Ok(foreground.whole(segmentation, Vec::new()).segmentation)
-}
-
-/// The part of a survey that can hold blocks, and its instances.
-fn segmented(
-    survey: &Survey,
-    catalog: &Catalog,
-    model: &SegmentModel,
-    config: &Config,
-    seed: SeedTree,
-    observer: &dyn Observer,
-) -> Result<(Foreground, Segmentation), PipelineError> {
-    survey::check_scale(survey, catalog)?;
-    let foreground = Foreground::of(survey, catalog, seed.child("background", 0), observer);
-    let cloud = &foreground.survey.cloud;
-    let segmentation = segment::segment(cloud, catalog, model, &config.segment, seed.child("segment", 0), observer)?;
-    Ok((foreground, segmentation))
 }
 
 /// What the works are planned on.

@@ -6,7 +6,7 @@ use crate::result_folder::RunFolder;
 use crate::{inputs, outputs, review, version, weights};
 use clap::Args;
 use geom::SeedTree;
-use pipeline::Config;
+use pipeline::{Config, Recogniser};
 use scene::{Area, Survey};
 use std::path::PathBuf;
 
@@ -134,7 +134,8 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> 
         Some(file) => Some(review::of_file(file)?),
         None => None,
     };
-    let mut recognition = pipeline::recognise(&survey, &catalog, &weights.model, &config, seed, terminal)?;
+    let recogniser = Recogniser { catalog: &catalog, model: &weights.model, config: &config, seed, observer: terminal };
+    let mut recognition = recogniser.recognise(&survey)?;
     let honoured = review::honour(decided.as_ref(), &catalog, &survey.frame, &mut recognition.blocks, terminal)?;
     outputs::write_segment(&run, &survey, &recognition)?;
     let summary = outputs::write_recognise(&run, &survey, &recognition, &catalog)?;

@@ -11,7 +11,7 @@ use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
 use io::manifest::Manifest;
-use pipeline::Works;
+use pipeline::{Recogniser, Works};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -77,11 +77,10 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     let kept = Kept::open(run.root(), manifest.key(&this_program()), terminal)?;
     clock.lap("read");
 
-    let segments = kept
-        .part("segment", || pipeline::segment_foreground(survey, catalog, &weights.model, &config, seed, terminal))?;
+    let recogniser = Recogniser { catalog, model: &weights.model, config: &config, seed, observer: terminal };
+    let segments = kept.part("segment", || recogniser.foreground_segments(survey))?;
     clock.lap("segment");
-    let mut recognition =
-        kept.part("recognise", || pipeline::recognise_segments(survey, catalog, segments, &config, seed, terminal))?;
+    let mut recognition = kept.part("recognise", || recogniser.blocks(survey, segments))?;
     let honoured = review::honour(decided.as_ref(), catalog, &survey.frame, &mut recognition.blocks, terminal)?;
     clock.lap("recognise");
     outputs::write_segment(&run, survey, &recognition)?;

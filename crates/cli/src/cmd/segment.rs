@@ -7,6 +7,7 @@ use crate::{inputs, outputs, weights};
 use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
+use pipeline::Recogniser;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -44,8 +45,8 @@ pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<(), Exit> {
     let survey = args.measured.survey(files, terminal)?;
     let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
     let seed = SeedTree::new(args.chosen.seed);
-    let segmentation =
-        pipeline::segment_survey(&survey, &catalog, &weights.model, &config, seed, terminal).or_bad_input()?;
+    let recogniser = Recogniser { catalog: &catalog, model: &weights.model, config: &config, seed, observer: terminal };
+    let segmentation = recogniser.segments(&survey).or_bad_input()?;
     io::points::write(&args.out, &outputs::labelled_cloud(&survey, &segmentation))?;
     let labelled = segmentation.instance.iter().filter(|&&i| i > 0).count();
     terminal.emit(
