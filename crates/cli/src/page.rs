@@ -113,7 +113,12 @@ fn count(input: &PageInput) -> Count {
     let range = &input.planned["count_range"];
     let bound = |key: &str| range[key].as_f64().map(|v| v.round() as u32);
     let p10_p90 = bound("p10").zip(bound("p90"));
+    let varied = range["by_thresholds"].as_array().is_some_and(|t| t.len() > 1);
     let basis = match (p10_p90, range["plans"].as_u64()) {
+        (Some(_), Some(n)) if varied => Text::new(
+            format!("P10 to P90 of {n} simulated plans with different seeds, minimum volumes and overflow thresholds"),
+            format!("乱数の種・最小体積・許容突出量を変えた{n}回の計画の10～90パーセンタイル"),
+        ),
         (Some(_), Some(n)) => Text::new(
             format!("P10 to P90 of {n} simulated plans with different seeds"),
             format!("乱数の種を変えた{n}回の計画の10～90パーセンタイル"),

@@ -117,8 +117,9 @@ impl Proposer for PlacementModel {
         stored_view(&self.description.network.view)
     }
 
-    fn propose(&self, depth: &[f32]) -> Vec<Proposal> {
-        let turns: Vec<f32> = (0..TURNS).map(|t| t as f32 * std::f32::consts::TAU / TURNS as f32).collect();
+    fn propose(&self, depth: &[f32], turn_rad: f32) -> Vec<Proposal> {
+        let turn = |t: usize| turn_rad + t as f32 * std::f32::consts::TAU / TURNS as f32;
+        let turns: Vec<f32> = (0..TURNS).map(turn).collect();
         let proposal = |a: Answer| Proposal { centre: a.centre.truncate(), rotation: a.rotation };
         self.answers(depth, &turns).into_iter().map(proposal).collect()
     }

@@ -99,9 +99,9 @@ fn both_ways_to_write_a_rotation_train() {
         let trained = train(&samples, &samples, &block, &config, folder.path(), SeedTree::new(2), &Silent).unwrap();
         let n = trained.model.view().pixels as usize;
         let depth = vec![0.3; n * n];
-        assert_eq!(trained.model.propose(&depth).len(), 6, "one for each turn");
+        assert_eq!(trained.model.propose(&depth, 0.0).len(), 6, "one for each turn");
         let again = PlacementModel::load(&folder.path().join("model.safetensors")).unwrap();
-        assert_eq!(again.propose(&depth), trained.model.propose(&depth));
+        assert_eq!(again.propose(&depth, 0.0), trained.model.propose(&depth, 0.0));
     }
 }
 
@@ -128,7 +128,7 @@ fn the_shipped_network_knows_tetrapods_of_any_size_and_proposes_different_poses(
     let view = model.view();
     let n = view.pixels as usize;
     let slope: Vec<f32> = (0..n * n).map(|k| 0.5 + 0.3 * view.offset(k % n)).collect();
-    let proposals = model.propose(&slope);
+    let proposals = model.propose(&slope, 0.0);
     assert!(proposals.len() >= 8);
     let symmetry = &tetrapod().symmetry;
     let apart = |i: usize, j: usize| symmetry.rotation_error_rad(proposals[i].rotation, proposals[j].rotation);

@@ -1,11 +1,6 @@
 //! Whether a block that has settled may stay: overflow check and constructability (METHOD §6 step 4).
 
-use crate::{
-    Settings,
-    crane::Reach,
-    stack::Stack,
-    trial::{Drop, Trial},
-};
+use crate::{Settings, crane::Reach, stack::Stack, trial::Trial};
 use geom::{HeightMap, Pose, Vec3};
 use scene::{ModelId, PlacementState};
 
@@ -33,11 +28,8 @@ pub(crate) fn impact(stack: &Stack, model: ModelId, pose: &Pose) -> Impact {
     }
     let first = surface.centre(rect.x0, rect.y0);
     let (nx, ny) = (rect.x1 - rect.x0, rect.y1 - rect.y0);
-    let mut top =
-        HeightMap { origin: [first.x, first.y], cell_m: surface.cell_m, nx, ny, z_m: vec![f32::NAN; nx * ny] };
-    let mut under = top.clone();
-    top.raise(&block.mesh, pose);
-    under.lower(&block.mesh, pose);
+    let part = HeightMap { origin: [first.x, first.y], cell_m: surface.cell_m, nx, ny, z_m: Vec::new() };
+    let (top, under) = part.top_and_underside(&block.mesh, pose);
     // Less than this is a leg leaning on another, not a block under another.
     let slack_m = 0.1 * block.d_box_m;
     let (mut found, mut covered, mut under_cells) = (Impact::default(), 0, 0);
@@ -72,7 +64,7 @@ pub(crate) fn above_design_m(stack: &Stack, centre: Vec3) -> f32 {
     centre.z - stack.design_level_m(centre.x, centre.y)
 }
 
-/// The verdict, the cheap questions first; the shake is asked last because it costs as much as the drop.
+/// The verdict before the shake, the cheap questions first: [`PlacementState::Kept`] says that only the shake is left.
 pub(crate) fn judge(
     stack: &Stack,
     settings: &Settings,
@@ -80,7 +72,6 @@ pub(crate) fn judge(
     model: ModelId,
     limit_m: f32,
     trial: &Trial,
-    drop: &mut Drop,
 ) -> (PlacementState, Impact) {
     let block = stack.catalog.get(model);
     let centre = trial.rest * block.centre;
@@ -98,7 +89,6 @@ pub(crate) fn judge(
     } else if (trial.contacts < settings.minimum_supports && !trial.on_ground)
         || found.wedged > settings.wedge_limit
         || trial.pushed_m > settings.shake_limit_m
-        || drop.shake() > settings.shake_limit_m
     {
         PlacementState::Unstable
     } else {

@@ -27,6 +27,7 @@ mod summary;
 mod surfaces;
 mod trial;
 mod uncertainty;
+mod volumes;
 pub mod windows;
 
 pub use config::{Inside, NetworkConfig, PlanConfig, Policy, SearchConfig, Settings};
@@ -38,10 +39,11 @@ pub use ground::{GroundConfig, estimate_ground};
 pub use network_pose::{Proposal, Proposer};
 pub use site::{PlanInput, block_to_place};
 pub use surfaces::{CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces};
-pub use uncertainty::{Case, Percentiles, Uncertainty, UncertaintyConfig, uncertainty};
+pub use uncertainty::{Case, Percentiles, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty};
+pub use volumes::{OfVolume, plans_over_volumes};
 
 use geom::{Event, Observer, SeedTree};
-use scene::{PlacementState, Plan};
+use scene::{Placement, PlacementState, Plan};
 
 /// Makes the plan. Same input, configuration and seed give the same plan, bit for bit, at any thread count.
 pub fn plan(
@@ -66,10 +68,17 @@ pub fn replan(
     let mut stack = site.stack(input);
     let before = summary::before(&stack);
     let mut tried = replan::carry_over(&site, &mut stack, previous);
-    tried.extend(rounds::fill(&site, &mut stack, seed, observer)?);
-    let (kept, removed): (Vec<_>, Vec<_>) = tried.into_iter().partition(|p| p.state == PlacementState::Kept);
-    let placements = order::ordered(kept, &stack, &site);
-    let summary = summary::summary(&site, &stack, &before, &placements, &removed);
+    let filled = rounds::fill(&site, &mut stack, seed, observer)?;
+    tried.extend(filled.tried.into_iter().map(|(placement, _)| placement));
+    let plan = finished(&site, &stack, &before, tried);
     observer.event(Event::Finished { stage: "plan" });
-    Ok(Plan { placements, removed, summary })
+    Ok(plan)
+}
+
+/// What was tried, in placing order and with its figures.
+fn finished(site: &site::Site, stack: &stack::Stack, before: &summary::Before, tried: Vec<Placement>) -> Plan {
+    let (kept, removed): (Vec<_>, Vec<_>) = tried.into_iter().partition(|p| p.state == PlacementState::Kept);
+    let placements = order::ordered(kept, stack, site);
+    let summary = summary::summary(site, stack, before, &placements, &removed);
+    Plan { placements, removed, summary }
 }

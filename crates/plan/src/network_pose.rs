@@ -27,8 +27,8 @@ pub struct Proposal {
 pub trait Proposer: Sync {
     /// The image it wants.
     fn view(&self) -> DepthView;
-    /// Proposals for a depth image, the surest first.
-    fn propose(&self, depth: &[f32]) -> Vec<Proposal>;
+    /// Proposals for a depth image, the surest first. It may be looked at turned about the vertical, by `turn_rad` first.
+    fn propose(&self, depth: &[f32], turn_rad: f32) -> Vec<Proposal>;
 }
 
 /// The best proposed poses of a window, best first, all different.
@@ -36,12 +36,12 @@ pub(crate) fn candidates(
     stack: &Stack,
     settings: &Settings,
     model: ModelId,
-    proposer: &dyn Proposer,
+    (proposer, turn_rad): (&dyn Proposer, f32),
     window: &Window,
 ) -> Vec<Candidate> {
     let block = stack.catalog.get(model);
     let image = depth_image(stack, settings, window.centre, &proposer.view(), block.d_box_m);
-    let proposals = proposer.propose(&image);
+    let proposals = proposer.propose(&image, turn_rad);
     let reach = search::reach_cells(settings);
     let nudge = settings.network.nudge_cells as usize;
     let mut silhouettes = Vec::new();

@@ -45,7 +45,7 @@ fn still_holds(site: &Site, stack: &Stack, p: &Placement, limit_m: f32) -> Optio
     if p.model != site.model {
         return None;
     }
-    let (again, _) = rounds::attempt(site, stack, &p.drop, limit_m, p.round);
+    let again = rounds::attempt(site, stack, &p.drop, limit_m, p.round);
     let moved_m = (again.rest * block.centre - p.rest * block.centre).length();
     let turned_rad = block.symmetry.rotation_error_rad(again.rest.rotation, p.rest.rotation);
     let same = moved_m <= 0.25 * site.settings.displacement_limit_m && turned_rad <= 0.1;

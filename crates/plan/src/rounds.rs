@@ -18,31 +18,60 @@ use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
 struct Failure {
     place: Vec2,
     tick: u32,
+    deficit_m3: f32,
 }
 
-/// Runs the rounds; every block tried comes back, kept ones are in the stack.
+/// What the rounds did.
+#[derive(Default)]
+pub(crate) struct Filled {
+    /// Every block tried, with the deficit of its window; kept ones are in the stack.
+    pub tried: Vec<(Placement, f32)>,
+    /// Deficit from and to which a failure kept a larger window shut: with a minimum volume in between it would not have.
+    shut: Vec<(f32, f32)>,
+}
+
+impl Filled {
+    /// Whether the same rounds with a larger minimum volume would have kept the same blocks. Windows are served largest
+    /// deficit first, so smaller ones matter to larger ones only by a block they got or a failure that shut one.
+    pub fn holds_for(&self, minimum_volume_m3: f32) -> bool {
+        let v = minimum_volume_m3;
+        self.tried.iter().all(|(p, deficit_m3)| p.state != PlacementState::Kept || *deficit_m3 > v)
+            && self.shut.iter().all(|(from, to)| v < *from || v >= *to)
+    }
+}
+
+/// Runs the rounds.
 pub(crate) fn fill(
     site: &Site,
     stack: &mut Stack,
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Vec<Placement>, PlanError> {
+) -> Result<Filled, PlanError> {
     let settings = &site.settings;
     let block = stack.catalog.get(site.model);
     let expected = windows::void_m3(&stack.surface, &stack.design) * 0.5 / block.volume_m3;
     observer.event(Event::Started { stage: "plan", total: expected.ceil() as u64 });
-    let mut tried: Vec<Placement> = Vec::new();
+    let mut filled = Filled::default();
     let mut failures: Vec<Failure> = Vec::new();
     let (mut tick, mut kept) = (0, 0_u64);
     // Nobody reads or writes farther than this from a window's centre.
     let apart_m = 2.0 * (settings.local_radius_m + settings.jitter_m.max(settings.window_m));
     for round in 1..=settings.rounds {
         failures.retain(|f| stack.last_change(f.place.x, f.place.y, settings.window_m + block.d_max_m) <= f.tick);
+        let mut shut = Vec::new();
         let open = |w: &Window| {
-            site.reach.as_ref().is_none_or(|r| r.covers(w.centre))
-                && failures.iter().all(|f| (f.place - w.centre).length() >= 0.45 * settings.window_m)
+            if !site.reach.as_ref().is_none_or(|r| r.covers(w.centre)) {
+                return false;
+            }
+            let near = failures.iter().filter(|f| (f.place - w.centre).length() < 0.45 * settings.window_m);
+            let Some(largest_m3) = near.map(|f| f.deficit_m3).reduce(f32::max) else { return true };
+            if largest_m3 < w.deficit_m3 {
+                shut.push((largest_m3, w.deficit_m3));
+            }
+            false
         };
         let windows = windows::detect(&stack.surface, &stack.design, settings, open);
+        filled.shut.append(&mut shut);
         if windows.is_empty() {
             if round == 1 {
                 let message = nothing_to_do(stack, settings.minimum_volume_m3);
@@ -68,14 +97,14 @@ pub(crate) fn fill(
                     stack.add(PlacedBlock { block: id, model: p.model, site_from_block: p.rest }, tick);
                     kept += 1;
                 } else if settings.policy != Policy::Random {
-                    failures.push(Failure { place: places[w], tick });
+                    failures.push(Failure { place: places[w], tick, deficit_m3: windows[w].deficit_m3 });
                 }
-                tried.extend(placements);
+                filled.tried.extend(placements.into_iter().map(|p| (p, windows[w].deficit_m3)));
             }
             observer.event(Event::Advanced { stage: "plan", done: kept });
         }
     }
-    Ok(tried)
+    Ok(filled)
 }
 
 /// Why the first round found no window.
@@ -95,29 +124,37 @@ fn serve(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree
     let found = match &site.poses {
         Poses::Random => {
             let pose = random_pose::pose(stack, &site.settings, site.model, window, &mut seed.rng());
-            let tried = pose.map(|drop| attempt(site, stack, &drop, site.settings.roam_m, round).0);
+            let tried = pose.map(|drop| attempt(site, stack, &drop, site.settings.roam_m, round));
             return tried.into_iter().collect();
         }
-        Poses::Network(proposer) => network_pose::candidates(stack, &site.settings, site.model, *proposer, window),
+        Poses::Network(proposer, turn_rad) => {
+            network_pose::candidates(stack, &site.settings, site.model, (*proposer, *turn_rad), window)
+        }
         Poses::Search(attitudes) => attitudes.candidates(stack, &site.settings, site.model, window),
     };
     search::best(site, stack, &found, round)
 }
 
+/// A block that was dropped and judged, but not yet shaken.
+pub(crate) struct Dropped<'a> {
+    world: Drop<'a>,
+    /// Kept: if it stands the shake.
+    pub placement: Placement,
+    pub impact: acceptance::Impact,
+}
+
 /// Drops a block and judges it.
-pub(crate) fn attempt(
-    site: &Site,
-    stack: &Stack,
-    drop: &Pose,
-    limit_m: f32,
-    round: u32,
-) -> (Placement, acceptance::Impact) {
+pub(crate) fn attempt(site: &Site, stack: &Stack, drop: &Pose, limit_m: f32, round: u32) -> Placement {
+    dropped(site, stack, drop, limit_m, round).shaken(site)
+}
+
+/// Drops a block and judges all but the shake, which costs as much as the drop.
+pub(crate) fn dropped<'a>(site: &'a Site, stack: &Stack, drop: &Pose, limit_m: f32, round: u32) -> Dropped<'a> {
     let mut falling = Drop::new(stack, &site.settings, site.model, drop);
     // What has rolled over the boundary does not roll back.
     let lost = |centre: Vec3| !stack.design_level_m(centre.x, centre.y).is_finite();
     let trial = falling.settle(limit_m, &lost);
-    let (state, impact) =
-        acceptance::judge(stack, &site.settings, site.reach.as_ref(), site.model, limit_m, &trial, &mut falling);
+    let (state, impact) = acceptance::judge(stack, &site.settings, site.reach.as_ref(), site.model, limit_m, &trial);
     let placement = Placement {
         order: 0,
         round,
@@ -128,5 +165,15 @@ pub(crate) fn attempt(
         contacts: trial.contacts,
         state,
     };
-    (placement, impact)
+    Dropped { world: falling, placement, impact }
+}
+
+impl Dropped<'_> {
+    /// The verdict with the shake, which only what has passed everything else is asked.
+    pub fn shaken(mut self, site: &Site) -> Placement {
+        if self.placement.state == PlacementState::Kept && self.world.shake() > site.settings.shake_limit_m {
+            self.placement.state = PlacementState::Unstable;
+        }
+        self.placement
+    }
 }

@@ -190,32 +190,38 @@ fn distinct(scored: Vec<Candidate>, block: &BlockModel, silhouettes: &[Silhouett
     kept
 }
 
-/// Drops the candidates and keeps the best that passes; the others count as tried only when none does.
+/// Drops the candidates and keeps the best that passes; the others count as tried only when none does. The shake costs as
+/// much as the drop: it is asked from the best on, and mostly once.
 pub(crate) fn best(site: &Site, stack: &Stack, found: &[Candidate], round: u32) -> Vec<Placement> {
     let block = stack.catalog.get(site.model);
     let weights = &site.settings.search;
     let clearance_m = 0.005 * block.d_box_m;
-    let mut best: Option<(f32, Placement)> = None;
-    let mut failed = Vec::new();
-    for candidate in found {
+    let area = block.volume_m3.powf(2.0 / 3.0);
+    let mut failed: Vec<(usize, Placement)> = Vec::new();
+    let mut resting = Vec::new();
+    for (number, candidate) in found.iter().enumerate() {
         let drop = Pose::from_parts(candidate.pose.translation + Vec3::Z * clearance_m, candidate.pose.rotation);
-        let (placement, impact) = rounds::attempt(site, stack, &drop, site.settings.displacement_limit_m, round);
-        if placement.state != PlacementState::Kept {
-            failed.push(placement);
+        let dropped = rounds::dropped(site, stack, &drop, site.settings.displacement_limit_m, round);
+        if dropped.placement.state != PlacementState::Kept {
+            failed.push((number, dropped.placement));
             continue;
         }
-        let above_m = acceptance::above_design_m(stack, placement.rest * block.centre);
-        let area = block.volume_m3.powf(2.0 / 3.0);
+        let above_m = acceptance::above_design_m(stack, dropped.placement.rest * block.centre);
+        let impact = dropped.impact;
         let cost = above_m
             + (weights.trapped_weight * impact.raised_m3 + weights.protrusion_weight * impact.protruding_m3) / area;
-        if best.as_ref().is_none_or(|(b, _)| cost < *b) {
-            best = Some((cost, placement));
+        resting.push((cost, number, dropped));
+    }
+    resting.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    for (_, number, dropped) in resting {
+        let placement = dropped.shaken(site);
+        if placement.state == PlacementState::Kept {
+            return vec![placement];
         }
+        failed.push((number, placement));
     }
-    match best {
-        Some((_, placement)) => vec![placement],
-        None => failed,
-    }
+    failed.sort_by_key(|(number, _)| *number);
+    failed.into_iter().map(|(_, placement)| placement).collect()
 }
 
 impl Patch {

@@ -25,11 +25,8 @@ impl Silhouette {
     pub fn new(model: &BlockModel, rotation: Quat, cell_m: f32) -> Self {
         let half = (model.d_max_m / cell_m).ceil() as usize;
         let edge = (half as f32 + 0.5) * cell_m;
-        let mut under = HeightMap::empty(Vec2::splat(-edge), Vec2::splat(edge), cell_m);
-        let mut top = under.clone();
-        let pose = pose_at(model, rotation, Vec3::ZERO);
-        under.lower(&model.mesh, &pose);
-        top.raise(&model.mesh, &pose);
+        let square = HeightMap::empty(Vec2::splat(-edge), Vec2::splat(edge), cell_m);
+        let (top, under) = square.top_and_underside(&model.mesh, &pose_at(model, rotation, Vec3::ZERO));
         let side = 2 * half + 1;
         let rows = (0..side)
             .map(|iy| {

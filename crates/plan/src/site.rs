@@ -8,6 +8,7 @@ use crate::{
     stack::{self, Stack},
 };
 use geom::{HeightMap, Observer, SeedTree, Vec2, Vec3, Warning};
+use rand::RngExt;
 use scene::{Catalog, DesignSurface, ModelId, PlacedBlock, Scene, SiteFrame};
 use sim::{BlockShape, World};
 
@@ -45,7 +46,8 @@ pub(crate) struct Site<'a> {
 /// Where initial poses come from, made ready.
 pub(crate) enum Poses<'a> {
     Random,
-    Network(&'a dyn Proposer),
+    /// With the turn at which it first looks at a window, drawn like the attitudes of the search.
+    Network(&'a dyn Proposer, f32),
     Search(Attitudes),
 }
 
@@ -91,7 +93,10 @@ pub(crate) fn prepare<'a>(
     }
     let poses = match settings.policy {
         Policy::Random => Poses::Random,
-        Policy::Network => Poses::Network(input.proposer.ok_or(PlanError::NoPlacementModel)?),
+        Policy::Network => {
+            let turn_rad = seed.child("turn", 0).rng().random::<f32>() * std::f32::consts::TAU;
+            Poses::Network(input.proposer.ok_or(PlanError::NoPlacementModel)?, turn_rad)
+        }
         Policy::Search => Poses::Search(Attitudes::new(block, &settings, seed.child("attitudes", 0))),
     };
     let reach = config.crane.as_ref().map(|c| c.reach(block.mass_kg(), input.frame)).transpose()?;

@@ -1,6 +1,6 @@
 //! How sure the count is: percentiles over seeds and over (v, f), and two formulas to hold against it.
 
-use crate::{PlanConfig, PlanError, PlanInput, plan, site};
+use crate::{PlanConfig, PlanError, PlanInput, plans_over_volumes, site};
 use geom::{Observer, SeedTree, Silent};
 use scene::PlanSummary;
 use serde::{Deserialize, Serialize};
@@ -57,6 +57,21 @@ pub struct Percentiles {
     pub p90: f32,
 }
 
+/// The plans of one pair of thresholds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ThresholdRange {
+    /// Minimum volume v.
+    pub minimum_volume_m3: f32,
+    /// Overflow threshold f.
+    pub overflow_m: f32,
+    /// Blocks over the seeds.
+    pub blocks: Percentiles,
+    /// Mean distance to the design, mean over the seeds, m.
+    pub mean_distance_m: f32,
+    /// Void left below the design, mean over the seeds, m³.
+    pub void_after_m3: f32,
+}
+
 /// The study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Uncertainty {
@@ -64,6 +79,8 @@ pub struct Uncertainty {
     pub cases: Vec<Case>,
     /// Blocks over all cases.
     pub blocks: Percentiles,
+    /// The same for each (v, f), v outermost.
+    pub by_thresholds: Vec<ThresholdRange>,
     /// N = φ·A·V^(−2/3), φ = n·k_Δ·(1 − P), with whole layers n of the design's mean depth.
     pub by_layers: f32,
     /// Deficit · (1 − P) / V with the handbook's porosity.
@@ -72,7 +89,7 @@ pub struct Uncertainty {
     pub by_own_porosity: f32,
 }
 
-/// Plans again and again. Errors are those of [`plan()`]; the observer's `cancelled` is asked between plans.
+/// Plans again and again. Errors are those of [`plan()`](crate::plan()); the observer's `cancelled` is asked between plans.
 pub fn uncertainty(
     input: &PlanInput,
     config: &PlanConfig,
@@ -90,24 +107,26 @@ pub fn uncertainty(
     let overflows = or_own(&study.overflow_m, settings.overflow_m);
     let total = volumes.len() * overflows.len() * study.seeds as usize;
     observer.event(geom::Event::Started { stage: "uncertainty", total: total as u64 });
-    let mut cases: Vec<Case> = Vec::with_capacity(total);
-    for &v in &volumes {
-        for &f in &overflows {
-            let varied = PlanConfig { minimum_volume_m3: Some(v), overflow_m: Some(f), ..config.clone() };
-            for number in 0..study.seeds {
-                if observer.cancelled() {
-                    return Err(PlanError::Cancelled);
-                }
-                let child = seed.child("uncertainty", u64::from(number));
-                let summary = plan(input, &varied, child, &Silent)?.summary;
-                cases.push(Case { minimum_volume_m3: v, overflow_m: f, seed: number, summary });
-                observer.event(geom::Event::Advanced { stage: "uncertainty", done: cases.len() as u64 });
+    let mut cases: Vec<(usize, Case)> = Vec::with_capacity(total);
+    for (row, &f) in overflows.iter().enumerate() {
+        let varied = PlanConfig { overflow_m: Some(f), ..config.clone() };
+        for number in 0..study.seeds {
+            if observer.cancelled() {
+                return Err(PlanError::Cancelled);
             }
+            let child = seed.child("uncertainty", u64::from(number));
+            for (column, of) in plans_over_volumes(input, &varied, &volumes, child, &Silent)?.into_iter().enumerate() {
+                let place = (column * overflows.len() + row) * study.seeds as usize + number as usize;
+                let (v, summary) = (of.minimum_volume_m3, of.plan.summary);
+                cases.push((place, Case { minimum_volume_m3: v, overflow_m: f, seed: number, summary }));
+            }
+            observer.event(geom::Event::Advanced { stage: "uncertainty", done: cases.len() as u64 });
         }
     }
+    cases.sort_by_key(|(place, _)| *place);
+    let cases: Vec<Case> = cases.into_iter().map(|(_, case)| case).collect();
     observer.event(geom::Event::Finished { stage: "uncertainty" });
-    let mut counts: Vec<f32> = cases.iter().map(|c| c.summary.blocks as f32).collect();
-    counts.sort_by(f32::total_cmp);
+    let by_thresholds = cases.chunks(study.seeds as usize).map(of_thresholds).collect();
     let median = median_case(&cases).summary;
     let volume_m3 = input.catalog.get(prepared.model).volume_m3;
     let solid = 1.0 - study.handbook_porosity;
@@ -115,12 +134,33 @@ pub fn uncertainty(
     let layers = (depth_m / (study.layer_coefficient * volume_m3.cbrt())).round();
     let phi = layers * study.layer_coefficient * solid;
     Ok(Uncertainty {
-        blocks: Percentiles { p10: at(&counts, 0.1), p50: at(&counts, 0.5), p90: at(&counts, 0.9) },
+        blocks: percentiles(&cases),
+        by_thresholds,
         by_layers: phi * median.area_m2 * volume_m3.powf(-2.0 / 3.0),
         by_volume: median.void_before_m3 * solid / volume_m3,
         by_own_porosity: (median.void_before_m3 - median.void_after_m3) * (1.0 - median.porosity) / volume_m3,
         cases,
     })
+}
+
+fn percentiles(cases: &[Case]) -> Percentiles {
+    let mut counts: Vec<f32> = cases.iter().map(|c| c.summary.blocks as f32).collect();
+    counts.sort_by(f32::total_cmp);
+    Percentiles { p10: at(&counts, 0.1), p50: at(&counts, 0.5), p90: at(&counts, 0.9) }
+}
+
+/// Cases of one (v, f), at least one.
+fn of_thresholds(cases: &[Case]) -> ThresholdRange {
+    let mean = |of: fn(&PlanSummary) -> f32| {
+        (cases.iter().map(|c| f64::from(of(&c.summary))).sum::<f64>() / cases.len() as f64) as f32
+    };
+    ThresholdRange {
+        minimum_volume_m3: cases[0].minimum_volume_m3,
+        overflow_m: cases[0].overflow_m,
+        blocks: percentiles(cases),
+        mean_distance_m: mean(|s| s.mean_distance_m),
+        void_after_m3: mean(|s| s.void_after_m3),
+    }
 }
 
 /// Linear interpolation between the sorted values.

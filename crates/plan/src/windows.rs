@@ -23,7 +23,7 @@ pub fn detect(
     surface: &HeightMap,
     design: &HeightMap,
     settings: &Settings,
-    open: impl Fn(&Window) -> bool,
+    mut open: impl FnMut(&Window) -> bool,
 ) -> Vec<Window> {
     let size = cells_in(settings.window_m, surface.cell_m).min(surface.nx).min(surface.ny);
     let stride = cells_in(settings.stride_m, surface.cell_m);

@@ -7,6 +7,7 @@
 mod error;
 mod markdown;
 mod placement_network;
+mod planning_log;
 mod planning_policies;
 mod planning_site;
 mod planning_tables;

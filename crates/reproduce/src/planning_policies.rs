@@ -1,9 +1,8 @@
 //! The policies against each other at the method's v and f and at f = 0.5 m, where the thesis' network was worse.
 
-use crate::planning_site::{POLICIES, Span, mean_and_spread, settings};
+use crate::planning_log::{Case, Figures, PlanningLog};
+use crate::planning_site::{POLICIES, Span, mean_and_spread, method_volume_m3};
 use crate::{Bench, Experiment, ReproduceError, Table};
-use geom::SeedTree;
-use plan::PlanConfig;
 use std::fmt::Write;
 
 pub const EXPERIMENT: Experiment = Experiment {
@@ -17,6 +16,8 @@ const OVERFLOWS: [(&str, Option<f32>); 2] = [("the method's", None), ("0.5 m", S
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let span = Span::new(bench)?;
+    let mut log = PlanningLog::open(bench.folder.join("planning-policies.csv"), span.stamp()?);
+    let volume_m3 = method_volume_m3(&span)?;
     let mut text = format!(
         "{} {} plans each; standard deviation over the seeds after ±. Seconds are of wall time a plan, on whatever else \
          the machine does.\n",
@@ -37,18 +38,13 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         let mut table = Table::new(&heads);
         let mut random = None;
         for (policy_name, policy) in POLICIES {
-            let config = PlanConfig { overflow_m, ..settings(policy) };
-            let start = (bench.clock)();
             let mut plans = Vec::new();
             for repeat in 0..bench.settings.repeats {
-                let seed = SeedTree::new(bench.settings.seed).child("plan", repeat);
-                plans.push(span.plan(&config, seed, bench.observer)?);
+                let case = Case { policy: (policy_name, policy), overflow_m, repeat };
+                plans.extend(log.figures(bench, &span, &case, &[volume_m3])?);
             }
-            let seconds = ((bench.clock)() - start) / plans.len() as f64;
-            let of = |f: fn(&scene::PlanSummary) -> f32| {
-                mean_and_spread(&plans.iter().map(|p| f64::from(f(p))).collect::<Vec<_>>())
-            };
-            let blocks = of(|p| p.blocks as f32);
+            let of = |f: fn(&Figures) -> f64| mean_and_spread(&plans.iter().map(f).collect::<Vec<_>>());
+            let blocks = of(|p| p.blocks);
             let base = *random.get_or_insert(blocks.0);
             let (distance, void) = (of(|p| p.mean_distance_m), of(|p| p.void_after_m3));
             table.row([
@@ -58,8 +54,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
                 format!("{:.3} ± {:.3}", distance.0, distance.1),
                 format!("{:.0}", void.0),
                 format!("{:.3}", of(|p| p.porosity).0),
-                format!("{:.0}", of(|p| p.protruding as f32).0),
-                format!("{seconds:.1}"),
+                format!("{:.0}", of(|p| p.protruding).0),
+                format!("{:.1}", of(|p| p.seconds).0),
             ]);
         }
         write!(text, "\n## f = {name}\n\n{}", table.finish()).expect("a string takes all text");

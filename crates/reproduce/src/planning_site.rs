@@ -4,8 +4,8 @@
 use crate::{Bench, ReproduceError};
 use geom::{Observer, SeedTree};
 use placement::PlacementModel;
-use plan::{PlanConfig, PlanInput, Policy};
-use scene::{Catalog, DesignSurface, PlanSummary, Scene, Shape, SiteFrame};
+use plan::{OfVolume, PlanConfig, PlanInput, Policy};
+use scene::{Catalog, DesignSurface, Scene, Shape, SiteFrame};
 use synth::Recipe;
 
 const WIDTH_M: f64 = 25.0;
@@ -26,6 +26,7 @@ pub(crate) struct Span {
     design: DesignSurface,
     frame: SiteFrame,
     model: PlacementModel,
+    seed: u64,
 }
 
 impl Span {
@@ -54,16 +55,18 @@ impl Span {
         let (x, y) = (length_m / 2.0, WIDTH_M / 2.0);
         let design = DesignSurface::Level { level_m: LEVEL_M, boundary: vec![[-x, -y], [x, -y], [x, y], [-x, y]] };
         let model = PlacementModel::shipped()?;
-        Ok(Self { catalog, scene: made.scene, length_m, design, frame: SiteFrame::default(), model })
+        let (scene, frame, seed) = (made.scene, SiteFrame::default(), bench.settings.seed);
+        Ok(Self { catalog, scene, length_m, design, frame, model, seed })
     }
 
-    /// The figures of one plan.
-    pub fn plan(
+    /// The plans of each v.
+    pub fn plans(
         &self,
         config: &PlanConfig,
+        volumes_m3: &[f32],
         seed: SeedTree,
         observer: &dyn Observer,
-    ) -> Result<PlanSummary, ReproduceError> {
+    ) -> Result<Vec<OfVolume>, ReproduceError> {
         if observer.cancelled() {
             return Err(ReproduceError::Stopped);
         }
@@ -75,7 +78,14 @@ impl Span {
             placed: &[],
             proposer: Some(&self.model),
         };
-        Ok(plan::plan(&input, config, seed, observer)?.summary)
+        Ok(plan::plans_over_volumes(&input, config, volumes_m3, seed, observer)?)
+    }
+
+    /// What its plans depend on beside their settings, in one line.
+    pub fn stamp(&self) -> Result<String, ReproduceError> {
+        let model = blake3::hash(&self.model.to_bytes()?).to_hex();
+        let version = env!("CARGO_PKG_VERSION");
+        Ok(format!("{:.1} m, seed {}, network {}, tsumu {version}", self.length_m, self.seed, &model[..16]))
     }
 
     /// What every page says of the site.
@@ -94,6 +104,13 @@ impl Span {
 /// The planner's settings for one policy, with the supplement.
 pub(crate) fn settings(policy: Policy) -> PlanConfig {
     PlanConfig { policy, block: Some("tetrapod-2.1m".into()), ..PlanConfig::default() }
+}
+
+/// The method's minimum volume v for the supplement.
+pub(crate) fn method_volume_m3(span: &Span) -> Result<f32, ReproduceError> {
+    let config = settings(Policy::Search);
+    let block = span.catalog.get(span.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue"));
+    Ok(config.resolve(block, span.catalog.d_max_m())?.minimum_volume_m3)
 }
 
 /// Mean and standard deviation of a figure; one value has none.

@@ -160,11 +160,28 @@ pub fn range(
     }
     let found = pipeline::count_range(works, pile, config, seed, terminal)?;
     let short = |v: f32| v.to_string().parse::<f64>().unwrap_or(f64::NAN);
+    let by_thresholds: Vec<serde_json::Value> = found
+        .by_thresholds
+        .iter()
+        .map(|t| {
+            json!({
+                "minimum_volume_m3": short(t.minimum_volume_m3),
+                "overflow_m": short(t.overflow_m),
+                "p10": short(t.blocks.p10),
+                "p50": short(t.blocks.p50),
+                "p90": short(t.blocks.p90),
+                "mean_distance_m": short(t.mean_distance_m),
+                "void_after_m3": short(t.void_after_m3),
+            })
+        })
+        .collect();
     Ok(Some(json!({
+        "seeds": config.uncertainty.seeds,
         "plans": found.cases.len(),
         "p10": short(found.blocks.p10),
         "p50": short(found.blocks.p50),
         "p90": short(found.blocks.p90),
+        "by_thresholds": by_thresholds,
         "by_layers": short(found.by_layers),
         "by_volume": short(found.by_volume),
         "by_own_porosity": short(found.by_own_porosity),
@@ -196,6 +213,25 @@ pub fn earlier_plan(file: &Path, catalog: &Catalog, frame: &SiteFrame) -> Result
     Ok(plan)
 }
 
+/// A line for every (v, f) of the range.
+fn thresholds(summary: &serde_json::Value) -> Vec<String> {
+    let none = Vec::new();
+    let entries = summary["count_range"]["by_thresholds"].as_array().unwrap_or(&none);
+    let line = |t: &serde_json::Value| {
+        let number = |key: &str| t[key].as_f64().unwrap_or(f64::NAN);
+        format!(
+            "  v = {} m³, f = {} m: {:.0} to {:.0} blocks, median {:.0}, mean distance {:.2} m",
+            number("minimum_volume_m3"),
+            number("overflow_m"),
+            number("p10"),
+            number("p90"),
+            number("p50"),
+            number("mean_distance_m")
+        )
+    };
+    entries.iter().map(line).collect()
+}
+
 /// The figures of a plan in words.
 pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
     let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
@@ -208,13 +244,34 @@ pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
     ));
     if let Some(plans) = summary["count_range"]["plans"].as_u64() {
         let of = |key: &str| summary["count_range"][key].as_f64().unwrap_or(0.0);
+        let varied = thresholds(summary);
+        let over = if varied.len() > 1 { "over seeds, v and f" } else { "with other seeds" };
         terminal.say(format!(
-            "with other seeds: {:.0} to {:.0} blocks (P10 to P90 of {plans} plans); by handbook porosity {:.0}",
+            "{over}: {:.0} to {:.0} blocks, median {:.0} (P10 to P90 of {plans} plans)",
             of("p10"),
             of("p90"),
-            of("by_volume")
+            of("p50")
+        ));
+        if varied.len() > 1 {
+            varied.iter().for_each(|line| terminal.say(line));
+        }
+        terminal.say(format!(
+            "to hold against it: {:.0} by N = φ·A·V^(−2/3), {:.0} by void·(1 − P)/V of the handbook, {:.0} with the plan's own porosity",
+            of("by_layers"),
+            of("by_volume"),
+            of("by_own_porosity")
         ));
     }
+    terminal.say(format!(
+        "new layer: porosity {:.3} by volumes, {:.3} by raster; {} protruding blocks",
+        number("porosity"),
+        number("porosity_rasterised"),
+        summary["protruding"]
+    ));
+    terminal.say(format!(
+        "drops removed: {} overflowing, {} unsettled, {} unstable, {} outside",
+        summary["overflowed"], summary["unsettled"], summary["unstable"], summary["outside"]
+    ));
     terminal.say(format!(
         "void below the design {:.1} m³ before, {:.1} m³ after; mean distance to the design {:.2} m",
         number("void_before_m3"),

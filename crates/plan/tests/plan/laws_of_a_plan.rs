@@ -2,7 +2,7 @@
 
 use crate::site::{self, Heard, Site};
 use geom::{HeightMap, Quat, SeedTree, Silent, Vec2};
-use plan::{DepthView, PlanConfig, PlanInput, Policy, Proposal, Proposer, plan};
+use plan::{DepthView, PlanConfig, PlanInput, Policy, Proposal, Proposer, plan, plans_over_volumes};
 use scene::{PlacementState, Plan};
 
 /// Proposes what a network without training might: some attitude over the deepest pixel, then others.
@@ -13,7 +13,7 @@ impl Proposer for Deepest {
         DepthView { pixels: 12, edge: 1.2 }
     }
 
-    fn propose(&self, depth: &[f32]) -> Vec<Proposal> {
+    fn propose(&self, depth: &[f32], _turn_rad: f32) -> Vec<Proposal> {
         assert_eq!(depth.len(), 144);
         let deepest = (0..144).max_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
         let view = self.view();
@@ -165,4 +165,23 @@ fn loose_blocks_are_not_pushed_out_of_place() {
     };
     let still = free.iter().filter(|f| moved(f) < 0.3).count();
     assert!(still * 10 >= free.len() * 9, "{still} of {} stayed", free.len());
+}
+
+#[test]
+fn plans_of_several_volumes_are_those_made_one_by_one() {
+    let site = site::site(12.0, 16, 2.5);
+    let volumes = [3.0, 0.001, 0.2, 1.0];
+    let mut taken_over = 0;
+    for policy in [Policy::Random, Policy::Network, Policy::Search] {
+        let together =
+            plans_over_volumes(&with_proposer(&site), &config(policy), &volumes, SeedTree::new(3), &Silent).unwrap();
+        for (of, v) in together.iter().zip(volumes) {
+            let alone = PlanConfig { minimum_volume_m3: Some(v), ..config(policy) };
+            let alone = plan(&with_proposer(&site), &alone, SeedTree::new(3), &Silent).unwrap();
+            assert_eq!((of.minimum_volume_m3, bits(&of.plan)), (v, bits(&alone)), "{policy:?}, v = {v}");
+            assert_eq!(of.plan.summary, alone.summary);
+            taken_over += u32::from(!of.made);
+        }
+    }
+    assert!((1..10).contains(&taken_over), "{taken_over} plans were taken over");
 }

@@ -50,6 +50,9 @@ fn counts_come_with_percentiles_and_formulas() {
     assert_eq!(found.cases.len(), 6);
     let p = found.blocks;
     assert!(p.p10 <= p.p50 && p.p50 <= p.p90 && p.p10 < p.p90);
+    let [strict, loose] = found.by_thresholds.as_slice() else { panic!("one entry for each (v, f)") };
+    assert!(strict.overflow_m == 0.0 && loose.overflow_m == 0.4 && strict.blocks.p50 < loose.blocks.p50);
+    assert!(p.p10 >= strict.blocks.p10 && p.p90 <= loose.blocks.p90 && loose.void_after_m3 < strict.void_after_m3);
     let mean = |f: f32| found.cases.iter().filter(|c| c.overflow_m == f).map(|c| c.summary.blocks).sum::<u32>();
     assert!(mean(0.0) < mean(0.4), "a higher threshold lets more blocks stay");
     for formula in [found.by_layers, found.by_volume, found.by_own_porosity] {

@@ -1,0 +1,53 @@
+//! Plans for several minimum volumes v, made together: one that can be shown to be the same is not made again.
+//!
+//! Windows are served largest deficit first and nothing a small window does reaches a larger one of its round. So the plan
+//! of a larger v is that of a smaller one without its small windows, unless one of those got a block or a failure in
+//! one kept a larger window shut. The rounds remember both; where neither happened the plan is taken over, bit for bit
+//! what planning it would give.
+
+use crate::{PlanConfig, PlanError, PlanInput, finished, rounds, site, summary};
+use geom::{Event, Observer, SeedTree};
+use scene::Plan;
+
+/// The plan of one minimum volume.
+#[derive(Clone, Debug)]
+pub struct OfVolume {
+    /// Minimum volume v, as given.
+    pub minimum_volume_m3: f32,
+    /// The plan.
+    pub plan: Plan,
+    /// Whether it was made by itself; if not, it was taken over from that of a smaller v.
+    pub made: bool,
+}
+
+/// The plans of all the volumes, in their order, each equal to [`plan()`](crate::plan()) with that minimum volume.
+pub fn plans_over_volumes(
+    input: &PlanInput,
+    config: &PlanConfig,
+    volumes_m3: &[f32],
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<OfVolume>, PlanError> {
+    let mut ascending: Vec<usize> = (0..volumes_m3.len()).collect();
+    ascending.sort_by(|&a, &b| volumes_m3[a].total_cmp(&volumes_m3[b]));
+    let mut plans: Vec<Option<OfVolume>> = vec![None; volumes_m3.len()];
+    let mut left = ascending.as_slice();
+    while let Some(&first) = left.first() {
+        let config = PlanConfig { minimum_volume_m3: Some(volumes_m3[first]), ..config.clone() };
+        let site = site::prepare(input, &config, seed, observer)?;
+        let mut stack = site.stack(input);
+        let before = summary::before(&stack);
+        let filled = rounds::fill(&site, &mut stack, seed, observer)?;
+        let same = left.iter().skip(1).take_while(|&&i| filled.holds_for(volumes_m3[i])).count();
+        let (now, later) = left.split_at(1 + same);
+        for &i in now {
+            let minimum_volume_m3 = volumes_m3[i];
+            let larger = filled.tried.iter().filter(|(_, deficit_m3)| *deficit_m3 > minimum_volume_m3);
+            let plan = finished(&site, &stack, &before, larger.map(|(p, _)| p.clone()).collect());
+            plans[i] = Some(OfVolume { minimum_volume_m3, plan, made: i == first });
+        }
+        left = later;
+        observer.event(Event::Finished { stage: "plan" });
+    }
+    Ok(plans.into_iter().map(|p| p.expect("every volume was served")).collect())
+}
