@@ -4,6 +4,7 @@
 //! depend on how fast scenes are made: same seed, same tiles, same losses to rounding.
 
 mod checkpoint;
+mod one_tile;
 mod picture;
 mod scenes;
 
@@ -18,7 +19,7 @@ use crate::tile::{LabelledScene, Targets};
 use checkpoint::Checkpoint;
 use geom::{Event, Observer, SeedTree};
 use net::burn::grad_clipping::GradientClippingConfig;
-use net::burn::optim::AdamWConfig;
+use net::burn::optim::{AdamWConfig, ModuleOptimizer};
 use net::burn::tensor::Device;
 use net::replicas::sum_gradients;
 use net::schedule::cosine_with_warmup;
@@ -27,6 +28,8 @@ use scene::ShapeSignature;
 use scenes::Stream;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+
+pub use one_tile::train_on_tile;
 
 /// Everything that decides a training run beside its scenes and seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -170,13 +173,6 @@ fn teach<L: Learner>(
 ) -> Result<Trained, SegmentError> {
     let device = config.processor.device()?.autodiff();
     let replicas = Replicas::new(config.replicas).map_err(SegmentError::Threads)?;
-    let optimiser = || {
-        AdamWConfig::new()
-            .with_weight_decay(config.weight_decay)
-            .with_epsilon(1e-8)
-            .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
-            .init()
-    };
     device.seed(seed.child("weights", 0).value());
     let network = L::fresh(&config.network, &device).expect("chosen by this very configuration");
     let mut network = network.materialize();
@@ -184,7 +180,7 @@ fn teach<L: Learner>(
         network.take(model)?;
     }
     let checkpoint = Checkpoint::open(folder, config)?;
-    let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser())?;
+    let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser(config))?;
     let mut curve = checkpoint.curve(first)?;
     let mut validation = None;
 
@@ -242,6 +238,14 @@ fn teach<L: Learner>(
         checkpoint.finish(&model)?;
     }
     Ok(Trained { model, steps, validation })
+}
+
+fn optimiser(config: &TrainConfig) -> ModuleOptimizer {
+    AdamWConfig::new()
+        .with_weight_decay(config.weight_decay)
+        .with_epsilon(1e-8)
+        .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
+        .init()
 }
 
 /// The curve of held-out scenes, others than those of the validation.
