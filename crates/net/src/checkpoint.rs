@@ -20,6 +20,9 @@ pub struct CheckpointError {
     pub message: String,
 }
 
+/// The file of the settings.
+const SETTINGS: &str = "config.json";
+
 /// A training's folder.
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
@@ -29,17 +32,33 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// Makes the folder. The settings are written beside the checkpoint and held against those of an earlier run.
     pub fn open(folder: &Path, settings: &str) -> Result<Self, CheckpointError> {
-        let this = Self { folder: folder.to_owned() };
-        fs::create_dir_all(folder.join("checkpoint")).map_err(|e| error(folder, e))?;
-        let path = folder.join("config.json");
-        if this.steps_done()? > 0 {
-            let before = fs::read_to_string(&path).map_err(|e| error(&path, e))?;
-            if before != settings {
-                return Err(error(&path, "this training was begun with other settings; choose another folder"));
-            }
+        let this = Self::at(folder)?;
+        if this.settings()?.is_some_and(|before| before != settings) {
+            let path = folder.join(SETTINGS);
+            return Err(error(&path, "this training was begun with other settings; choose another folder"));
         }
-        replace(&path, |p| fs::write(p, settings).map_err(|e| e.to_string()))?;
+        this.keep_settings(settings)?;
         Ok(this)
+    }
+
+    /// Makes the folder and compares nothing: for callers that let some settings change between runs.
+    pub fn at(folder: &Path) -> Result<Self, CheckpointError> {
+        fs::create_dir_all(folder.join("checkpoint")).map_err(|e| error(folder, e))?;
+        Ok(Self { folder: folder.to_owned() })
+    }
+
+    /// The settings of the run that the checkpoint is of; `None` without a checkpoint.
+    pub fn settings(&self) -> Result<Option<String>, CheckpointError> {
+        if self.steps_done()? == 0 {
+            return Ok(None);
+        }
+        let path = self.folder.join(SETTINGS);
+        fs::read_to_string(&path).map(Some).map_err(|e| error(&path, e))
+    }
+
+    /// Writes the settings of this run.
+    pub fn keep_settings(&self, settings: &str) -> Result<(), CheckpointError> {
+        self.keep(SETTINGS, settings.as_bytes())
     }
 
     /// The last checkpoint's network, optimiser and steps done, or what was given and 0.
@@ -79,7 +98,7 @@ impl Checkpoint {
     ) -> Result<(), CheckpointError> {
         replace(&self.file("network.bpk"), |p| network.clone().save_file(p).map_err(|e| e.to_string()))?;
         replace(&self.file("optimiser.bpk"), |p| optimiser.save(p).map_err(|e| e.to_string()))?;
-        replace(&self.folder.join("model.safetensors"), |p| fs::write(p, model).map_err(|e| e.to_string()))?;
+        self.keep("model.safetensors", model)?;
         replace(&self.file("steps"), |p| fs::write(p, done.to_string()).map_err(|e| e.to_string()))
     }
 
@@ -93,6 +112,11 @@ impl Checkpoint {
         fs::write(&path, text).map_err(|e| error(&path, e))?;
         let file = OpenOptions::new().append(true).open(&path).map_err(|e| error(&path, e))?;
         Ok(Curve { path, file })
+    }
+
+    /// Writes a file of the folder.
+    pub fn keep(&self, name: &str, bytes: &[u8]) -> Result<(), CheckpointError> {
+        replace(&self.folder.join(name), |p| fs::write(p, bytes).map_err(|e| e.to_string()))
     }
 
     fn file(&self, name: &str) -> PathBuf {

@@ -41,6 +41,9 @@ pub enum SegmentError {
         /// The system's message.
         message: String,
     },
+    /// A training's files could not be read or written.
+    #[error(transparent)]
+    Checkpoint(#[from] net::CheckpointError),
     /// A setting out of range.
     #[error("{name} = {value} is out of range: {allowed}")]
     Setting {
@@ -70,8 +73,8 @@ pub enum SegmentError {
     /// No graphics card.
     #[error(transparent)]
     Processor(#[from] net::ProcessorError),
-    /// No thread for a replica.
-    #[error("no thread for training: {0}")]
+    /// No thread to work on.
+    #[error("the system gives no thread: {0}")]
     Threads(String),
     /// The loss is not a number.
     #[error(
