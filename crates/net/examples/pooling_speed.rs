@@ -20,7 +20,7 @@ fn main() {
         let attention = draw((c + RELATIVE) * (c + RELATIVE));
         let weights = PoolingWeights { position: &position, bias: &bias, attention: &attention };
         let clock = Instant::now();
-        let out = pool(&a, &hood, weights);
+        let out = pool(&a, &hood, n, weights);
         let forward = clock.elapsed().as_secs_f64() * 1e3;
         let clock = Instant::now();
         let grads = pool_backward(&a, &hood, weights, &out);

@@ -42,10 +42,12 @@ pub struct PoolingGradients {
     pub attention: Vec<f32>,
 }
 
-/// Pooled features `[n, c + 10]` of `a` `[n, c]`; runs on the current rayon pool.
-pub fn pool(a: &[f32], hood: &Neighbourhood, weights: PoolingWeights<'_>) -> Vec<f32> {
+/// Pooled features `[count, c + 10]` of the first `count` points; `a` `[m, c]` reaches as far as their neighbours do
+/// ([`Neighbourhood::reach`]). Runs on the current rayon pool.
+pub fn pool(a: &[f32], hood: &Neighbourhood, count: usize, weights: PoolingWeights<'_>) -> Vec<f32> {
+    assert!(a.len() >= hood.reach(count) * weights.bias.len(), "one row of features a neighbour");
     let layer = Layer::new(a, hood, weights);
-    let mut out = vec![0.0; hood.len() * layer.wide];
+    let mut out = vec![0.0; count * layer.wide];
     let arch = pulp::Arch::new();
     out.par_chunks_mut(POINTS * layer.wide).enumerate().for_each_init(
         || Buffers::new(&layer),
@@ -53,11 +55,12 @@ pub fn pool(a: &[f32], hood: &Neighbourhood, weights: PoolingWeights<'_>) -> Vec
             arch.dispatch(Forward { layer: &layer, first: chunk * POINTS, buffers, out });
         },
     );
-    unpad(&out, layer.wide, layer.c + RELATIVE)
+    unpad(out, layer.wide, layer.c + RELATIVE)
 }
 
 /// Gradients for the gradient `grad` `[n, c + 10]` of the pooled features; single-threaded.
 pub fn pool_backward(a: &[f32], hood: &Neighbourhood, weights: PoolingWeights<'_>, grad: &[f32]) -> PoolingGradients {
+    assert_eq!(a.len(), hood.len() * weights.bias.len(), "one row of features a point");
     let layer = Layer::new(a, hood, weights);
     let (wide, f) = (layer.wide, layer.c + RELATIVE);
     let grad = pad(grad, f, wide, hood.len());
@@ -84,10 +87,10 @@ pub fn pool_backward(a: &[f32], hood: &Neighbourhood, weights: PoolingWeights<'_
         });
     }
     PoolingGradients {
-        a: unpad(&sums.a, wide, layer.c),
-        position: unpad(&sums.position[..RELATIVE * wide], wide, layer.c),
+        a: unpad(sums.a, wide, layer.c),
+        position: unpad(sums.position[..RELATIVE * wide].to_vec(), wide, layer.c),
         bias: sums.bias[..layer.c].to_vec(),
-        attention: unpad(&sums.attention[..f * wide], wide, f),
+        attention: unpad(sums.attention[..f * wide].to_vec(), wide, f),
     }
 }
 
@@ -106,7 +109,6 @@ impl<'a> Layer<'a> {
     fn new(a: &[f32], hood: &'a Neighbourhood, weights: PoolingWeights<'_>) -> Self {
         let c = weights.bias.len();
         let f = c + RELATIVE;
-        assert_eq!(a.len(), hood.len() * c, "one row of features a point");
         assert_eq!(weights.position.len(), RELATIVE * c, "position weights");
         assert_eq!(weights.attention.len(), f * f, "attention weights");
         let wide = f.next_multiple_of(COLUMNS);
@@ -116,7 +118,7 @@ impl<'a> Layer<'a> {
             hood,
             c,
             wide,
-            a: pad(a, c, wide, hood.len()),
+            a: pad(a, c, wide, a.len() / c),
             position: pad(weights.position, c, wide, RELATIVE),
             bias: pad(weights.bias, c, wide, 1),
             attention,
@@ -321,7 +323,10 @@ fn pad(rows: &[f32], columns: usize, wide: usize, count: usize) -> Vec<f32> {
     out
 }
 
-fn unpad(rows: &[f32], wide: usize, columns: usize) -> Vec<f32> {
+fn unpad(rows: Vec<f32>, wide: usize, columns: usize) -> Vec<f32> {
+    if wide == columns {
+        return rows;
+    }
     rows.chunks_exact(wide).flat_map(|r| &r[..columns]).copied().collect()
 }
 
@@ -405,7 +410,7 @@ mod tests {
     #[test]
     fn forward_equals_the_definition() {
         let case = Case::new(37, 22);
-        let got = pool(&case.a, &case.hood, case.weights());
+        let got = pool(&case.a, &case.hood, 37, case.weights());
         for (g, w) in got.iter().zip(case.reference()) {
             assert!((f64::from(*g) - w).abs() < 1e-5, "{g} {w}");
         }

@@ -95,16 +95,52 @@ impl GraphBackbone {
         }
     }
 
-    /// Features `[n, out]`, no gradients; the fused pooling uses the current rayon pool.
-    pub fn infer(&self, hood: &Neighbourhood, device: &Device) -> Tensor<2> {
-        let mut x = positions(hood, device);
-        let mut results = Vec::new();
-        for level in &self.levels {
-            let pooled = level.pool_fused(&floats(level.project(x)), hood);
-            x = level.finish(rows(pooled, hood.len(), device));
-            results.push(x.clone());
+    /// Features of the first `wanted` points, no gradients: `each` hears blocks `[rows, out]` in order with the number
+    /// of their first point. Where a level's result is only looked at from nearby, only the part that is looked at is
+    /// computed, and blocks of rows stay in the cache through a level's tensor operations.
+    pub fn infer_blocks(
+        &self,
+        hood: &Neighbourhood,
+        wanted: usize,
+        device: &Device,
+        mut each: impl FnMut(usize, Tensor<2>),
+    ) {
+        // Points that a level must answer for: those the next one looks at.
+        let mut counts = vec![wanted];
+        for _ in 1..self.levels.len() {
+            counts.insert(0, hood.reach(counts[0]));
         }
-        self.join_levels(results)
+        let seen = hood.reach(counts[0]);
+        let mut a = Vec::new();
+        for (first, count) in blocks(seen) {
+            let position = hood.position[first..first + count].iter().flat_map(|p| p.to_array()).collect();
+            a.extend(floats(self.levels[0].project(rows(position, count, device))));
+        }
+        let mut results: Vec<Vec<f32>> = Vec::new();
+        for (at, level) in self.levels.iter().enumerate() {
+            let pooled = level.pool_fused(&a, hood, counts[at]);
+            let wide = pooled.len() / counts[at].max(1);
+            a.clear();
+            let mut result = Vec::new();
+            for (first, count) in blocks(counts[at]) {
+                let block = pooled[first * wide..(first + count) * wide].to_vec();
+                let x = level.finish(rows(block, count, device));
+                if let Some(next) = self.levels.get(at + 1) {
+                    a.extend(floats(next.project(x.clone())));
+                }
+                if first < wanted {
+                    result.extend(floats(x));
+                }
+            }
+            results.push(result);
+        }
+        for (first, count) in blocks(wanted) {
+            let part = |(level, result): (usize, &Vec<f32>)| {
+                let columns = self.levels[level].columns();
+                rows(result[first * columns..(first + count) * columns].to_vec(), count, device)
+            };
+            each(first, self.join_levels(results.iter().enumerate().map(part).collect()));
+        }
     }
 
     /// The same by tensor operations alone, differentiable on any device; much slower on a CPU.
@@ -130,7 +166,7 @@ impl GraphBackbone {
         let mut leaves = Vec::new();
         let mut a = floats(self.levels[0].project(positions(hood, &device.clone())));
         for (at, level) in self.levels.iter().enumerate() {
-            let pooled = rows(level.pool_fused(&a, hood), hood.len(), device).require_grad();
+            let pooled = rows(level.pool_fused(&a, hood, hood.len()), hood.len(), device).require_grad();
             let result = level.finish(pooled.clone());
             let next_a = self.levels.get(at + 1).map(|next| next.project(result.clone()));
             leaves.push(rows(floats(result.clone()), hood.len(), device).require_grad());
@@ -183,6 +219,14 @@ impl Trace<'_> {
     }
 }
 
+/// Rows of a block: 1024 rows of 512 numbers are 2 MB.
+const BLOCK: usize = 1024;
+
+/// First row and number of rows of every block.
+fn blocks(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).step_by(BLOCK).map(move |first| (first, BLOCK.min(count - first)))
+}
+
 fn positions(hood: &Neighbourhood, device: &Device) -> Tensor<2> {
     rows(hood.position.iter().flat_map(|p| p.to_array()).collect(), hood.len(), device)
 }
@@ -210,6 +254,15 @@ mod tests {
 
     fn small() -> BackboneConfig {
         BackboneConfig { neighbours: 6, dilation: 2, edge: vec![8, 12, 22], level: vec![9, 10, 11], out: 16 }
+    }
+
+    fn inferred(backbone: &GraphBackbone, hood: &Neighbourhood, wanted: usize) -> Vec<f32> {
+        let mut out = Vec::new();
+        backbone.infer_blocks(hood, wanted, &Device::flex(), |first, x| {
+            assert_eq!(first * 16, out.len());
+            out.extend(floats(x));
+        });
+        out
     }
 
     struct Compare<'a> {
@@ -247,8 +300,12 @@ mod tests {
         for (a, b) in floats(features.clone()).iter().zip(floats(plain.clone())) {
             assert!((a - b).abs() < 1e-4);
         }
-        for (a, b) in floats(features.clone()).iter().zip(floats(backbone.infer(&hood, &Device::flex()))) {
-            assert!((a - b).abs() < 1e-5);
+        for wanted in [60, 7] {
+            let got = inferred(&backbone, &hood, wanted);
+            assert_eq!(got.len(), wanted * 16);
+            for (a, b) in floats(features.clone()).iter().zip(got) {
+                assert!((a - b).abs() < 1e-5);
+            }
         }
         let ours = trace.backward(&backbone, &weigh(features), &device);
         let tape = GradientsParams::from_grads(weigh(plain).backward(), &backbone);
@@ -268,7 +325,7 @@ mod tests {
         let mut other = GraphBackbone::new(&small(), &device);
         let hood = hood(30);
         crate::weights::from_bytes(&mut other, &bytes).unwrap();
-        assert_eq!(floats(other.infer(&hood, &device)), floats(backbone.infer(&hood, &device)));
+        assert_eq!(inferred(&other, &hood, 30), inferred(&backbone, &hood, 30));
         let mut wide = GraphBackbone::new(&BackboneConfig { out: 20, ..small() }, &device);
         assert!(matches!(crate::weights::from_bytes(&mut wide, &bytes), Err(crate::WeightsError::Mismatch(_))));
         assert!(matches!(crate::weights::from_bytes(&mut other, &bytes[..40]), Err(crate::WeightsError::Format(_))));

@@ -44,6 +44,11 @@ impl GraphConvolution {
         }
     }
 
+    /// Features of a result.
+    pub fn columns(&self) -> usize {
+        self.out.weight.dims()[1]
+    }
+
     /// Edge features' share of each point, `[n, c]`.
     pub fn project(&self, features: Tensor<2>) -> Tensor<2> {
         self.feature.forward(features)
@@ -54,10 +59,10 @@ impl GraphConvolution {
         relu(self.norm.forward(self.out.forward(pooled)))
     }
 
-    /// The pooled part, fused, outside any gradient tape.
-    pub fn pool_fused(&self, a: &[f32], hood: &Neighbourhood) -> Vec<f32> {
+    /// The pooled part of the first `count` points, fused, outside any gradient tape.
+    pub fn pool_fused(&self, a: &[f32], hood: &Neighbourhood, count: usize) -> Vec<f32> {
         let (position, bias, attention) = self.values();
-        pool(a, hood, PoolingWeights { position: &position, bias: &bias, attention: &attention })
+        pool(a, hood, count, PoolingWeights { position: &position, bias: &bias, attention: &attention })
     }
 
     /// Gradient of `a` for the gradient of the pooled features; the weights' gradients go into `grads`.

@@ -41,6 +41,11 @@ impl Neighbourhood {
         &self.index[i * self.k..(i + 1) * self.k]
     }
 
+    /// How many points from the first on the first `count` points and their neighbours are among.
+    pub fn reach(&self, count: usize) -> usize {
+        self.index[..count * self.k].iter().map(|&i| i as usize + 1).max().unwrap_or(0).max(count)
+    }
+
     /// The ten numbers of Eq. (3.2) between point `i` and each neighbour: p_i, p_ik, p_i − p_ik, ‖p_i − p_ik‖, with
     /// p_i and p_ik relative to the mean of the neighbours, so that nothing depends on where the tile lies.
     pub(crate) fn relative_positions(&self, i: usize, mut write: impl FnMut(usize, [f32; 10])) {
@@ -67,5 +72,6 @@ mod tests {
         assert_eq!(n.row(0), &[0, 2, 4]);
         let few = Neighbourhood::dilated(vec![Vec3::ZERO, Vec3::X], 3, 2);
         assert_eq!(few.row(0), &[0, 1, 1]);
+        assert_eq!((n.reach(0), n.reach(1), n.reach(10)), (0, 5, 10));
     }
 }

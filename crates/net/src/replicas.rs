@@ -1,8 +1,10 @@
 //! Data-parallel gradients on a CPU: the library's element-wise operations are serial, so the second core earns its
-//! keep as a second replica.
+//! keep as a second replica. The same pools run many independent jobs, one thread each.
 
 use burn::module::Module;
 use burn::optim::{GradientsAccumulator, GradientsParams};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
 
 /// One-thread pools, one a replica.
 pub struct Replicas {
@@ -37,6 +39,55 @@ impl Replicas {
     }
 }
 
+/// Runs `work(0)` to `work(jobs - 1)`, each on one thread, as many at a time as the current rayon pool has threads.
+/// `done` hears the results on the calling thread, in no fixed order, and says whether to go on.
+pub fn each_on_one_thread<T: Send>(
+    jobs: usize,
+    work: impl Fn(usize) -> T + Sync,
+    mut done: impl FnMut(usize, T) -> bool,
+) -> Result<(), String> {
+    let threads = rayon::current_num_threads().min(jobs);
+    if threads < 2 {
+        for job in 0..jobs {
+            if !done(job, work(job)) {
+                break;
+            }
+        }
+        return Ok(());
+    }
+    let replicas = Replicas::new(threads)?;
+    let next = AtomicUsize::new(0);
+    // Room for one result a thread: results wait for the caller, not in memory.
+    let (send, results) = mpsc::sync_channel(threads);
+    let (work, next) = (&work, &next);
+    std::thread::scope(|scope| {
+        for pool in &replicas.pools {
+            let send = send.clone();
+            scope.spawn(move || {
+                loop {
+                    let job = next.fetch_add(1, Ordering::Relaxed);
+                    // A caller that has heard enough hangs up.
+                    if job >= jobs || send.send((job, pool.install(|| work(job)))).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(send);
+        let mut left = jobs;
+        while left > 0
+            && let Ok((job, result)) = results.recv()
+        {
+            left -= 1;
+            if !done(job, result) {
+                break;
+            }
+        }
+        drop(results);
+    });
+    Ok(())
+}
+
 /// The sum of the replicas' gradients, in their order.
 pub fn sum_gradients<M: Module>(module: &M, parts: Vec<GradientsParams>) -> GradientsParams {
     let mut sum = GradientsAccumulator::new();
@@ -44,4 +95,31 @@ pub fn sum_gradients<M: Module>(module: &M, parts: Vec<GradientsParams>) -> Grad
         sum.accumulate(module, part);
     }
     sum.grads()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_job_is_done_once_and_a_caller_may_stop() {
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let run = |jobs: usize, most: usize| {
+                let mut heard = Vec::new();
+                let work = |job: usize| (job * job, rayon::current_num_threads());
+                let note = |job: usize, (square, width): (usize, usize)| {
+                    assert!(square == job * job && width == 1);
+                    heard.push(job);
+                    heard.len() < most
+                };
+                pool.install(|| each_on_one_thread(jobs, work, note)).unwrap();
+                heard.sort_unstable();
+                heard
+            };
+            assert_eq!(run(20, 99), (0..20).collect::<Vec<_>>());
+            assert_eq!(run(20, 4).len(), 4);
+            assert!(run(0, 99).is_empty());
+        }
+    }
 }

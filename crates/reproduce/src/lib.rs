@@ -20,6 +20,7 @@ mod scenes;
 mod segmentation_confidence;
 mod segmentation_judge;
 mod segmentation_loss;
+mod segmentation_misses;
 mod segmentation_shapes;
 mod segmentation_sites;
 mod segmentation_suppression;
@@ -85,6 +86,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     segmentation_suppression::EXPERIMENT,
     segmentation_loss::EXPERIMENT,
     segmentation_confidence::EXPERIMENT,
+    segmentation_misses::EXPERIMENT,
     segmentation_time::EXPERIMENT,
     pose_sites::EXPERIMENT,
     pose_ablation::EXPERIMENT,

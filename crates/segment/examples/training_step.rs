@@ -64,11 +64,7 @@ fn table(tile: &Targets) -> String {
     let mut out = String::new();
     for i in 0..tile.position.len() {
         let (p, o) = (tile.position[i], tile.offset[i]);
-        let _ = writeln!(
-            out,
-            "{},{},{},{},{},{},{},{}",
-            p.x, p.y, p.z, tile.instance[i], o.x, o.y, o.z, tile.inner[i]
-        );
+        let _ = writeln!(out, "{},{},{},{},{},{},{},{}", p.x, p.y, p.z, tile.instance[i], o.x, o.y, o.z, tile.inner[i]);
     }
     out
 }

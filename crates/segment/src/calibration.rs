@@ -1,4 +1,5 @@
 //! From the density of votes to a probability: a logistic curve fitted to scenes the network was not trained on.
+//! Votes are fewer where a survey is thin, an echo sounder's of half hidden blocks for example: the curve knows that too.
 //!
 //! A hypothesis is right when a true centre lies within a quarter of d_max. The curve belongs to the weights — another
 //! network votes more or less sharply — and travels in their file.
@@ -12,75 +13,118 @@ use serde::{Deserialize, Serialize};
 /// Distance to a true centre below which a hypothesis is right, d_max.
 const RIGHT: f32 = 0.25;
 
-/// Probability that a hypothesis of a vote density is a block's centre.
+/// Thinned points around a centre from which a survey counts as dense there.
+const CROWD: f32 = 200.0;
+
+/// What speaks for a hypothesis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Signs {
+    /// Density of the votes.
+    pub density: f32,
+    /// Thinned points within d_max of the centre, mean over the passes: where a survey is thin, fewer votes say as much.
+    pub around: f32,
+}
+
+/// Probability that a hypothesis is a block's centre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Confidence {
-    /// Vote density at which half of the hypotheses are right.
+    /// Vote density at which half of the hypotheses are right, where the survey is dense.
     pub density_at_half: f32,
     /// Steepness per e-fold of density.
     pub slope: f32,
+    /// What an e-fold fewer points around a centre is worth; 0 in files that state none.
+    #[serde(default)]
+    pub thin: f32,
 }
 
 impl Default for Confidence {
     /// Of the first shipped weights, for files that state none.
     fn default() -> Self {
-        Self { density_at_half: 17.5, slope: 2.13 }
+        Self { density_at_half: 17.5, slope: 2.13, thin: 0.0 }
+    }
+}
+
+impl Signs {
+    /// ln density, and how many e-folds the place falls short of a dense survey.
+    fn features(&self) -> [f32; 2] {
+        let crowd = self.around.min(CROWD);
+        [self.density.max(1e-6).ln(), ((CROWD + 1.0) / (crowd + 1.0)).ln()]
     }
 }
 
 impl Confidence {
     /// The probability.
-    pub fn of(&self, density: f32) -> f32 {
-        let x = (density.max(1e-6).ln() - self.density_at_half.ln()) * self.slope;
+    pub fn of(&self, signs: &Signs) -> f32 {
+        let [density, short] = signs.features();
+        let x = (density - self.density_at_half.ln()) * self.slope + short * self.thin;
         1.0 / (1.0 + (-x).exp())
     }
 
     /// The curve that makes what was seen most likely; `None` when nothing, or only one of right and wrong, was seen.
-    pub fn fit(seen: &[(f32, bool)]) -> Option<Self> {
+    pub fn fit(seen: &[(Signs, bool)]) -> Option<Self> {
         if seen.iter().all(|s| s.1) || seen.iter().all(|s| !s.1) {
             return None;
         }
-        // Newton's method for p = 1 / (1 + exp(−(a x + b))), x = ln density, with a weak pull towards small a.
-        let (mut a, mut b) = (0.0_f64, 0.0_f64);
+        // Newton's method for p = 1 / (1 + exp(−w·x)), x = (ln density, shortfall, 1), with a weak pull towards none.
+        let pull = [1e-3, 1e-2, 1e-9];
+        let mut w = [0.0_f64; 3];
         for _ in 0..50 {
-            let mut g = [-1e-3 * a, 0.0];
-            let mut h = [[1e-3, 0.0], [0.0, 1e-9]];
-            for &(density, right) in seen {
-                let x = f64::from(density.max(1e-6).ln());
-                let p = 1.0 / (1.0 + (-(a * x + b)).exp());
-                let (r, w) = (f64::from(u8::from(right)) - p, p * (1.0 - p));
-                g[0] += r * x;
-                g[1] += r;
-                h[0][0] += w * x * x;
-                h[0][1] += w * x;
-                h[1][1] += w;
+            let mut g: [f64; 3] = std::array::from_fn(|i| -pull[i] * w[i]);
+            let mut h: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j) * pull[i]));
+            for (signs, right) in seen {
+                let [density, short] = signs.features().map(f64::from);
+                let x = [density, short, 1.0];
+                let p = 1.0 / (1.0 + (-(0..3).map(|i| w[i] * x[i]).sum::<f64>()).exp());
+                for i in 0..3 {
+                    g[i] += (f64::from(u8::from(*right)) - p) * x[i];
+                    for j in 0..3 {
+                        h[i][j] += p * (1.0 - p) * x[i] * x[j];
+                    }
+                }
             }
-            h[1][0] = h[0][1];
-            let determinant = h[0][0] * h[1][1] - h[0][1] * h[1][0];
-            let step =
-                [(h[1][1] * g[0] - h[0][1] * g[1]) / determinant, (h[0][0] * g[1] - h[1][0] * g[0]) / determinant];
+            let step = solve(h, g);
             // Newton's full step can leap where the classes hardly overlap.
-            let shorter = (2.0 / step[0].abs().max(step[1].abs())).min(1.0);
-            a += step[0] * shorter;
-            b += step[1] * shorter;
+            let longest = step.iter().fold(0.0_f64, |a, s| a.max(s.abs()));
+            for i in 0..3 {
+                w[i] += step[i] * (2.0 / longest).min(1.0);
+            }
         }
-        let curve = Self { density_at_half: (-b / a).exp() as f32, slope: a as f32 };
+        let curve =
+            Self { density_at_half: (-w[2] / w[0]).exp() as f32, slope: w[0] as f32, thin: (w[1] as f32).max(0.0) };
         (curve.slope > 0.0 && curve.density_at_half.is_finite() && curve.density_at_half > 0.0).then_some(curve)
     }
 }
 
-/// Density and rightness of every hypothesis the network makes on the scenes.
-pub fn density_and_truth(
+/// h · x = g for a positive definite h, by elimination.
+fn solve(mut h: [[f64; 3]; 3], mut g: [f64; 3]) -> [f64; 3] {
+    for i in 0..3 {
+        for j in i + 1..3 {
+            let by = h[j][i] / h[i][i];
+            for k in i..3 {
+                h[j][k] -= by * h[i][k];
+            }
+            g[j] -= by * g[i];
+        }
+    }
+    let mut x = [0.0; 3];
+    for i in (0..3).rev() {
+        x[i] = (g[i] - (i + 1..3).map(|k| h[i][k] * x[k]).sum::<f64>()) / h[i][i];
+    }
+    x
+}
+
+/// Signs and rightness of every hypothesis the network makes on the scenes.
+pub fn signs_and_truth(
     model: &SegmentModel,
     scene: &LabelledScene,
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Vec<(f32, bool)>, SegmentError> {
+) -> Result<Vec<(Signs, bool)>, SegmentError> {
     let cloud = PointCloud::from_positions(scene.position_m.clone());
     let found = hypotheses(&cloud, scene.unit_m, model, &SegmentConfig::default(), seed, observer)?;
     let right = |p: &geom::Vec3| scene.centre_m.iter().any(|c| (*c - *p).length() < RIGHT * scene.unit_m);
-    Ok(found.iter().map(|(at, density)| (*density, right(at))).collect())
+    Ok(found.iter().map(|(at, signs)| (*signs, right(at))).collect())
 }
 
 #[cfg(test)]
@@ -90,24 +134,28 @@ mod tests {
 
     #[test]
     fn a_fit_finds_the_curve_its_data_came_from() {
-        let truth = Confidence { density_at_half: 12.0, slope: 1.7 };
+        let truth = Confidence { density_at_half: 12.0, slope: 1.7, thin: 2.5 };
         let mut rng = SeedTree::new(4).rng();
-        let seen: Vec<(f32, bool)> = (0..20_000)
+        let seen: Vec<(Signs, bool)> = (0..20_000)
             .map(|_| {
                 let density = rng.random_range(0.0_f32..5.0).exp();
-                (density, rng.random::<f32>() < truth.of(density))
+                let signs = Signs { density, around: rng.random_range(20.0..400.0) };
+                (signs, rng.random::<f32>() < truth.of(&signs))
             })
             .collect();
         let fit = Confidence::fit(&seen).unwrap();
-        assert!((fit.density_at_half / 12.0 - 1.0).abs() < 0.05 && (fit.slope - 1.7).abs() < 0.1, "{fit:?}");
+        assert!((fit.density_at_half / 12.0 - 1.0).abs() < 0.08 && (fit.slope - 1.7).abs() < 0.1, "{fit:?}");
+        assert!((fit.thin - 2.5).abs() < 0.25, "{fit:?}");
     }
 
     #[test]
     fn nothing_to_learn_from_is_no_curve() {
+        let dense = |density| Signs { density, around: 300.0 };
         assert_eq!(Confidence::fit(&[]), None);
-        assert_eq!(Confidence::fit(&[(3.0, true), (4.0, true)]), None);
+        assert_eq!(Confidence::fit(&[(dense(3.0), true), (dense(4.0), true)]), None);
         // Separable data: steep, but a curve.
-        let steep = Confidence::fit(&[(1.0, false), (2.0, false), (50.0, true), (60.0, true)]).unwrap();
-        assert!(steep.of(1.0) < 0.1 && steep.of(60.0) > 0.9);
+        let seen = [(1.0, false), (2.0, false), (50.0, true), (60.0, true)].map(|(d, right)| (dense(d), right));
+        let steep = Confidence::fit(&seen).unwrap();
+        assert!(steep.of(&dense(1.0)) < 0.1 && steep.of(&dense(60.0)) > 0.9);
     }
 }

@@ -29,6 +29,24 @@ pub struct Output {
     pub block: Tensor<2>,
 }
 
+/// The thesis' part of an [`Output`].
+pub struct Centres {
+    /// `[n, 128]`.
+    pub embedding: Tensor<2>,
+    /// Centre score in (0, 1), `[n, 1]`.
+    pub centre: Tensor<2>,
+}
+
+/// Our part of an [`Output`].
+pub struct Votes {
+    /// From the point to the pose centre, in d_max, `[n, 3]`.
+    pub offset: Tensor<2>,
+    /// ln of the expected length of the offset's error, in d_max, `[n, 1]`.
+    pub log_error: Tensor<2>,
+    /// Log-odds of lying on a block, `[n, 1]`.
+    pub block: Tensor<2>,
+}
+
 /// Architecture of an [`FpccV2`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -63,9 +81,32 @@ impl FpccV2 {
         }
     }
 
-    /// Output without gradients.
+    /// Output of the first `wanted` points without gradients, block by block: `each` hears the number of a block's first
+    /// point and what the heads say. Embedding and centre score cost a fifth of all and are left out where not asked for.
+    pub fn infer_blocks(
+        &self,
+        hood: &Neighbourhood,
+        wanted: usize,
+        with_embedding: bool,
+        device: &Device,
+        mut each: impl FnMut(usize, Votes, Option<Centres>),
+    ) {
+        self.backbone.infer_blocks(hood, wanted, device, |first, features| {
+            let centres = with_embedding.then(|| self.centres(features.clone()));
+            each(first, self.votes(features), centres);
+        });
+    }
+
+    /// Output of every point without gradients.
     pub fn infer(&self, hood: &Neighbourhood, device: &Device) -> Output {
-        self.heads(self.backbone.infer(hood, device))
+        let mut blocks: [Vec<Tensor<2>>; 5] = Default::default();
+        self.infer_blocks(hood, hood.len(), true, device, |_, votes, centres| {
+            let c = centres.expect("asked for");
+            let parts = [c.embedding, c.centre, votes.offset, votes.log_error, votes.block];
+            blocks.iter_mut().zip(parts).for_each(|(blocks, part)| blocks.push(part));
+        });
+        let [embedding, centre, offset, log_error, block] = blocks.map(|parts| Tensor::cat(parts, 0));
+        Output { embedding, centre, offset, log_error, block }
     }
 
     /// Gradients of `loss(output)` and the loss itself; `device` has autodiff.
@@ -92,12 +133,22 @@ impl FpccV2 {
     }
 
     fn heads(&self, features: Tensor<2>) -> Output {
+        let Centres { embedding, centre } = self.centres(features.clone());
+        let Votes { offset, log_error, block } = self.votes(features);
+        Output { embedding, centre, offset, log_error, block }
+    }
+
+    /// The thesis' heads.
+    fn centres(&self, features: Tensor<2>) -> Centres {
         let embedding = relu(self.embedding.forward(features.clone())); // [n, 128]
-        let centre = sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features.clone())))); // [n, 1]
+        let centre = sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features)))); // [n, 1]
+        Centres { embedding, centre }
+    }
+
+    /// Ours.
+    fn votes(&self, features: Tensor<2>) -> Votes {
         let vote = self.vote.forward(relu(self.vote_hidden.forward(features))); // [n, 5]
-        Output {
-            embedding,
-            centre,
+        Votes {
             offset: vote.clone().narrow(1, 0, 3),
             log_error: vote.clone().narrow(1, 3, 1).clamp(LOG_ERROR.0, LOG_ERROR.1),
             block: vote.narrow(1, 4, 1),

@@ -2,14 +2,16 @@
 //! looks, so that a point's result does not depend on where the tiles are cut.
 
 use crate::SegmentError;
-use crate::fpccv2::EMBEDDING;
+use crate::fpccv2::{EMBEDDING, FpccV2};
 use crate::model::SegmentModel;
 use crate::network::{Network, NetworkConfig};
 use crate::tile::neighbourhood;
 use geom::{Bounds, Observer, Vec2, Vec3};
 use net::burn::tensor::Device;
 use net::burn::tensor::activation::sigmoid;
-use net::floats;
+use net::replicas::each_on_one_thread;
+use net::{BackboneConfig, floats};
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// Edge of a tile's core, d_max.
@@ -17,7 +19,7 @@ const CORE: f32 = 16.0;
 /// Seen beyond the core, d_max: three hops to the farthest of 80 neighbours at the default resolution.
 const MARGIN: f32 = 2.2;
 /// Points of a tile above which its core is halved.
-const MOST_POINTS: usize = 40_000;
+const MOST_POINTS: usize = 16_000;
 
 /// What the network says of every thinned point; lengths in d_max.
 #[derive(Clone, Debug, Default)]
@@ -28,60 +30,105 @@ pub(crate) struct Prediction {
     pub error: Vec<f32>,
     /// Probability of lying on a block.
     pub block: Vec<f32>,
-    /// Centre score.
+    /// Centre score; empty unless asked for with the embedding.
     pub centre: Vec<f32>,
     /// 128 numbers a point; empty unless asked for.
     pub embedding: Vec<f32>,
 }
 
-/// Runs the network on `position` (d_max). `tile_done` hears the number of points finished so far.
+/// Runs the network on clouds (d_max), all their tiles side by side, a tile a thread. `tile_done` hears the part of the
+/// work finished so far.
 pub(crate) fn predict(
     model: &SegmentModel,
-    position: &[Vec3],
+    clouds: &[Vec<Vec3>],
     with_embedding: bool,
     observer: &dyn Observer,
-    mut tile_done: impl FnMut(usize),
-) -> Result<Prediction, SegmentError> {
-    let n = position.len();
-    let mut out = Prediction {
-        vote: vec![Vec3::ZERO; n],
-        error: vec![0.0; n],
-        block: vec![0.0; n],
-        centre: vec![0.0; n],
-        embedding: if with_embedding { vec![0.0; n * EMBEDDING] } else { Vec::new() },
-    };
+    mut tile_done: impl FnMut(f32),
+) -> Result<Vec<Prediction>, SegmentError> {
     let (Network::FpccV2(network), NetworkConfig::FpccV2(config)) = (&model.network, &model.description.network) else {
         unreachable!("FPCC has its own way through the cloud");
     };
-    let device = Device::flex();
+    let mut jobs: Vec<(usize, Tile)> = Vec::new();
+    for (cloud, position) in clouds.iter().enumerate() {
+        jobs.extend(tiles(position, CORE, MARGIN).into_iter().map(|tile| (cloud, tile)));
+    }
+    // Long ones first, so that the threads end together.
+    jobs.sort_by_key(|(_, tile)| Reverse(tile.points.len()));
+    let work = |job: usize| {
+        let (cloud, tile) = &jobs[job];
+        (!observer.cancelled()).then(|| predict_tile(network, &config.backbone, &clouds[*cloud], tile, with_embedding))
+    };
+    let mut out: Vec<Prediction> = clouds.iter().map(|c| Prediction::zeros(c.len(), with_embedding)).collect();
+    let total = clouds.iter().map(Vec::len).sum::<usize>().max(1) as f32;
     let mut finished = 0;
-    for tile in tiles(position, CORE, MARGIN) {
-        if observer.cancelled() {
-            return Err(SegmentError::Cancelled);
+    let mut cancelled = false;
+    let done = |job: usize, result: Option<Prediction>| {
+        let (cloud, tile) = &jobs[job];
+        match result {
+            Some(part) => {
+                out[*cloud].take(&tile.points[..tile.core], part);
+                finished += tile.core;
+                tile_done(finished as f32 / total);
+            }
+            None => cancelled = true,
         }
-        let hood =
-            neighbourhood(tile.points.iter().map(|&i| position[i as usize] - tile.middle).collect(), &config.backbone);
-        let result = network.infer(&hood, &device);
-        let offset = floats(result.offset);
-        let log_error = floats(result.log_error);
-        let block = floats(sigmoid(result.block));
-        let centre = floats(result.centre);
-        let embedding = if with_embedding { floats(result.embedding) } else { Vec::new() };
-        for (slot, &i) in tile.points.iter().enumerate().take(tile.core) {
+        !cancelled
+    };
+    each_on_one_thread(jobs.len(), work, done).map_err(SegmentError::Threads)?;
+    if cancelled { Err(SegmentError::Cancelled) } else { Ok(out) }
+}
+
+/// What the network says of a tile's core, in its order.
+fn predict_tile(
+    network: &FpccV2,
+    config: &BackboneConfig,
+    position: &[Vec3],
+    tile: &Tile,
+    with_embedding: bool,
+) -> Prediction {
+    let device = Device::flex();
+    let at = |slot: usize| position[tile.points[slot] as usize];
+    let hood = neighbourhood((0..tile.points.len()).map(|slot| at(slot) - tile.middle).collect(), config);
+    let mut out = Prediction::default();
+    network.infer_blocks(&hood, tile.core, with_embedding, &device, |first, votes, centres| {
+        let offset = floats(votes.offset);
+        out.vote.extend(offset.chunks_exact(3).enumerate().map(|(i, o)| at(first + i) + Vec3::from_slice(o)));
+        out.error.extend(floats(votes.log_error).into_iter().map(f32::exp));
+        out.block.extend(floats(sigmoid(votes.block)));
+        if let Some(centres) = centres {
+            out.centre.extend(floats(centres.centre));
+            out.embedding.extend(floats(centres.embedding));
+        }
+    });
+    out
+}
+
+impl Prediction {
+    fn zeros(n: usize, with_embedding: bool) -> Self {
+        let n_embedding = if with_embedding { n } else { 0 };
+        Self {
+            vote: vec![Vec3::ZERO; n],
+            error: vec![0.0; n],
+            block: vec![0.0; n],
+            centre: vec![0.0; n_embedding],
+            embedding: vec![0.0; n_embedding * EMBEDDING],
+        }
+    }
+
+    /// Takes what `part` says of `points`, in their order.
+    fn take(&mut self, points: &[u32], part: Self) {
+        for (slot, &i) in points.iter().enumerate() {
             let i = i as usize;
-            out.vote[i] = position[i] + Vec3::from_slice(&offset[3 * slot..3 * slot + 3]);
-            out.error[i] = log_error[slot].exp();
-            out.block[i] = block[slot];
-            out.centre[i] = centre[slot];
-            if with_embedding {
-                out.embedding[i * EMBEDDING..][..EMBEDDING]
-                    .copy_from_slice(&embedding[slot * EMBEDDING..][..EMBEDDING]);
+            self.vote[i] = part.vote[slot];
+            self.error[i] = part.error[slot];
+            self.block[i] = part.block[slot];
+            if !part.embedding.is_empty() {
+                self.centre[i] = part.centre[slot];
+                self.embedding[i * EMBEDDING..][..EMBEDDING]
+                    .copy_from_slice(&part.embedding[slot * EMBEDDING..][..EMBEDDING]);
             }
         }
-        finished += tile.core;
-        tile_done(finished);
     }
-    Ok(out)
 }
 
 /// Points of a tile, those of its core first.
@@ -145,15 +192,17 @@ fn divide(
     if core.is_empty() {
         return;
     }
-    let near = |i: &u32| {
-        let p = position[*i as usize].truncate();
-        p.cmpge(low - margin).all() && p.cmple(high + margin).all()
+    // Nearest to the core first: what only a level's neighbours look at comes last and is not computed further.
+    let outside = |i: u32| {
+        let p = position[i as usize].truncate();
+        (low - p).max(p - high).max_element()
     };
     let count = core.len();
     let mut points = core;
-    let mut beside: Vec<u32> = around.into_iter().filter(near).collect();
+    let mut beside: Vec<(u32, u32)> =
+        around.into_iter().filter(|&i| outside(i) <= margin).map(|i| (outside(i).max(0.0).to_bits(), i)).collect();
     beside.sort_unstable();
-    points.extend(beside);
+    points.extend(beside.into_iter().map(|b| b.1));
     let middle = ((low + high) / 2.0).extend(position[points[0] as usize].z);
     tiles.push(Tile { points, core: count, middle });
 }

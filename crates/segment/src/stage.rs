@@ -4,7 +4,7 @@
 //! several neighbours), run the network, gather votes, find their modes. Modes that are far enough apart and dense
 //! enough become instances; all of them go on as hypotheses. Everything is in units of d_max, which the catalogue gives.
 
-use crate::calibration::Confidence;
+use crate::calibration::{Confidence, Signs};
 use crate::embedding_clusters::{Clusters, cluster};
 use crate::fpcc_batches::cluster_pieces;
 use crate::infer::{Prediction, predict};
@@ -13,6 +13,7 @@ use crate::vote_peaks::{Peak, Vote, peaks, suppressed, weight};
 use crate::{SegmentError, SegmentModel};
 use geom::{Event, Observer, PointCloud, PointGrid, SeedTree, Thinned, Vec3, Warning, thin};
 use rand::RngExt;
+use rayon::prelude::*;
 use scene::{Catalog, CentreHypothesis, Segmentation};
 use std::collections::BTreeMap;
 
@@ -59,7 +60,7 @@ impl Default for SegmentConfig {
             passes: 4,
             instance_spacing: 0.5,
             least_score: 0.01,
-            least_instance_score: 0.5,
+            least_instance_score: 0.4,
             reach: 0.4,
             least_block: 0.5,
             centre_threshold: 0.6,
@@ -70,6 +71,9 @@ impl Default for SegmentConfig {
 
 /// Sizes closer than this share one run of the network.
 const SAME_SIZE: f32 = 1.3;
+
+/// Points a thread labels at a time.
+const JUDGED_TOGETHER: usize = 8192;
 
 /// Labels every point of the cloud. Hypotheses come best first; instances are the first of them.
 pub fn segment(
@@ -213,7 +217,7 @@ fn at_scale(
     })
 }
 
-/// Every mode of the votes at one scale with its density, before any confidence: place in metres, density.
+/// Every mode of the votes at one scale with its signs, before any confidence; places in metres.
 pub(crate) fn hypotheses(
     cloud: &PointCloud,
     unit_m: f32,
@@ -221,11 +225,10 @@ pub(crate) fn hypotheses(
     config: &SegmentConfig,
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Vec<(Vec3, f32)>, SegmentError> {
+) -> Result<Vec<(Vec3, Signs)>, SegmentError> {
     let progress = Progress { observer, points: cloud.len(), part: 0, parts: 1 };
     let runs = run_passes(cloud, unit_m, model, config, config.passes, seed, &progress)?;
-    let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(1.0 / runs.len() as f32)).collect();
-    Ok(peaks(&votes).iter().map(|p| (p.at * unit_m, p.density)).collect())
+    Ok(modes(&runs).iter().map(|(peak, signs)| (peak.at * unit_m, *signs)).collect())
 }
 
 fn run_passes(
@@ -237,28 +240,41 @@ fn run_passes(
     seed: SeedTree,
     progress: &Progress<'_>,
 ) -> Result<Vec<Pass>, SegmentError> {
-    let mut runs = Vec::new();
+    let with_embedding = config.clustering == Clustering::Embedding;
+    let mut thinned = Vec::new();
+    let mut clouds: Vec<Vec<Vec3>> = Vec::new();
     for pass in 0..passes {
         let mut rng = seed.child("pass", u64::from(pass)).rng();
         let shift = if pass == 0 { Vec3::ZERO } else { Vec3::new(rng.random(), rng.random(), rng.random()) };
-        let thinned = thin(&cloud.position_m, model.description.cell * unit_m, shift);
-        let position: Vec<Vec3> = thinned.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect();
-        let with_embedding = config.clustering == Clustering::Embedding;
-        let total = position.len().max(1) as f32;
-        let prediction = predict(model, &position, with_embedding, progress.observer, |done| {
-            progress.tell((pass as f32 + done as f32 / total) / passes as f32);
-        })?;
-        runs.push(Pass { thinned, prediction, position });
+        let thin = thin(&cloud.position_m, model.description.cell * unit_m, shift);
+        clouds.push(thin.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect());
+        thinned.push(thin);
     }
-    Ok(runs)
+    let predictions = predict(model, &clouds, with_embedding, progress.observer, |share| progress.tell(share))?;
+    let runs = thinned.into_iter().zip(predictions).zip(clouds);
+    Ok(runs.map(|((thinned, prediction), position)| Pass { thinned, prediction, position }).collect())
+}
+
+/// The modes of all passes' votes, densest first.
+fn modes(runs: &[Pass]) -> Vec<(Peak, Signs)> {
+    let share = 1.0 / runs.len() as f32;
+    let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(share)).collect();
+    let grids: Vec<PointGrid> = runs.iter().map(|r| PointGrid::new(&r.position, 1.0)).collect();
+    let around = |peak: &Peak| {
+        let mut count = 0_u32;
+        for grid in &grids {
+            grid.for_each_within(peak.at, 1.0, |_, _, _| count += 1);
+        }
+        share * count as f32
+    };
+    let found = peaks(&votes);
+    found.par_iter().map(|peak| (*peak, Signs { density: peak.density, around: around(peak) })).collect()
 }
 
 fn by_votes(runs: &[Pass], points: usize, unit_m: f32, confidence: Confidence, config: &SegmentConfig) -> AtScale {
-    let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(1.0 / runs.len() as f32)).collect();
-    let modes = peaks(&votes);
-    let scored: Vec<(Peak, f32)> = modes
-        .iter()
-        .map(|p| (*p, confidence.of(p.density)))
+    let scored: Vec<(Peak, f32)> = modes(runs)
+        .into_iter()
+        .map(|(peak, signs)| (peak, confidence.of(&signs)))
         .filter(|(_, score)| *score >= config.least_score)
         .collect();
     let apart = suppressed(scored.iter().map(|s| s.0).collect(), config.instance_spacing);
@@ -273,11 +289,9 @@ fn by_votes(runs: &[Pass], points: usize, unit_m: f32, confidence: Confidence, c
         .collect();
     let centres: Vec<Vec3> = scored.iter().map(|s| s.0.at).collect();
     let grid = PointGrid::new(&centres, config.reach);
-    let mut label = vec![None; points];
-    let mut members: Vec<Vec<u32>> = vec![Vec::new(); hypotheses.len()];
-    for (i, label) in label.iter_mut().enumerate() {
-        // Every pass says which hypotheses the point could belong to, through the vote of the point that stood for it.
-        let mut support: BTreeMap<u32, f32> = BTreeMap::new();
+    // Every pass says which hypotheses a point could belong to, through the vote of the point that stood for it.
+    let judge = |i: usize, members: &mut Vec<(u32, u32)>| {
+        let mut support: Vec<(u32, f32)> = Vec::new();
         let mut total = 0.0;
         for run in runs {
             let at = run.thinned.cell_of_point[i] as usize;
@@ -287,30 +301,44 @@ fn by_votes(runs: &[Pass], points: usize, unit_m: f32, confidence: Confidence, c
             if p.block[at] < config.least_block {
                 continue;
             }
-            let nearest = |instances_only: bool| {
-                let mut best: Option<(f32, u32)> = None;
-                grid.for_each_within(p.vote[at], config.reach, |h, _, d2| {
-                    let better = best.is_none_or(|b| (d2, h) < b);
-                    if better && (!instances_only || hypotheses[h as usize].instance) {
-                        best = Some((d2, h));
-                    }
-                });
-                best.map(|b| b.1)
-            };
-            if let Some(h) = nearest(true) {
-                *support.entry(h).or_default() += w;
+            let (mut nearest, mut nearest_instance) = ((f32::INFINITY, u32::MAX), (f32::INFINITY, u32::MAX));
+            grid.for_each_within(p.vote[at], config.reach, |h, _, d2| {
+                if (d2, h) < nearest {
+                    nearest = (d2, h);
+                }
+                if (d2, h) < nearest_instance && hypotheses[h as usize].instance {
+                    nearest_instance = (d2, h);
+                }
+            });
+            if nearest_instance.1 != u32::MAX {
+                match support.iter_mut().find(|s| s.0 == nearest_instance.1) {
+                    Some(s) => s.1 += w,
+                    None => support.push((nearest_instance.1, w)),
+                }
             }
-            if let Some(h) = nearest(false).filter(|&h| !hypotheses[h as usize].instance) {
-                members[h as usize].push(i as u32);
-            }
-        }
-        let mut best: Option<(u32, f32)> = None;
-        for (&h, &w) in &support {
-            if best.is_none_or(|b| w > b.1) {
-                best = Some((h, w));
+            if nearest.1 != u32::MAX && !hypotheses[nearest.1 as usize].instance {
+                members.push((nearest.1, i as u32));
             }
         }
-        *label = best.map(|(h, w)| (h, w / total));
+        // The most supported; of equals the better hypothesis.
+        let best = support.into_iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        best.map(|(h, w)| (h, w / total))
+    };
+    let mut label = vec![None; points];
+    let found: Vec<Vec<(u32, u32)>> = label
+        .par_chunks_mut(JUDGED_TOGETHER)
+        .enumerate()
+        .map(|(chunk, label)| {
+            let mut members = Vec::new();
+            for (slot, label) in label.iter_mut().enumerate() {
+                *label = judge(chunk * JUDGED_TOGETHER + slot, &mut members);
+            }
+            members
+        })
+        .collect();
+    let mut members: Vec<Vec<u32>> = vec![Vec::new(); hypotheses.len()];
+    for (h, i) in found.into_iter().flatten() {
+        members[h as usize].push(i);
     }
     for (h, points) in hypotheses.iter_mut().zip(members) {
         h.points = points;

@@ -9,7 +9,7 @@ mod picture;
 mod scenes;
 
 use crate::SegmentError;
-use crate::calibration::{Confidence, density_and_truth};
+use crate::calibration::{Confidence, signs_and_truth};
 use crate::fpcc::Fpcc;
 use crate::fpccv2::FpccV2;
 use crate::loss::{LossConfig, LossReport};
@@ -262,7 +262,7 @@ fn calibrated(
         let index = config.validation_scenes + number;
         let failed = |message| SegmentError::Scene { index, message };
         let scene = source.scene(Split::Validation, index).map_err(failed)?;
-        seen.extend(density_and_truth(model, &scene, seed.child("calibrate", index), &Muted(observer))?);
+        seen.extend(signs_and_truth(model, &scene, seed.child("calibrate", index), &Muted(observer))?);
         observer.event(Event::Advanced { stage: "calibrate", done: number + 1 });
     }
     observer.event(Event::Finished { stage: "calibrate" });

@@ -3,6 +3,7 @@
 //! A vote counts the more the smaller the error the network expects of it. Lengths in d_max.
 
 use geom::{PointGrid, Vec3};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Width of the kernel. Votes of one block scatter by 0.1 to 0.2; blocks that touch are further apart than 0.7.
@@ -62,7 +63,7 @@ pub(crate) fn peaks(votes: &[Vote]) -> Vec<Peak> {
         (at + sum / mass.max(1e-12), mass)
     };
     let mut found: Vec<Peak> = pooled
-        .iter()
+        .par_iter()
         .map(|v| {
             let mut at = v.at;
             for _ in 0..STEPS {

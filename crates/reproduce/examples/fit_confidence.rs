@@ -1,0 +1,35 @@
+//! Fits the confidence of weights anew on scenes of the six sets: `fit_confidence MODEL OUT [SEED] [SCENES]`.
+
+use geom::{SeedTree, Silent};
+use segment::calibration::{Confidence, signs_and_truth};
+use segment::tile::LabelledScene;
+use segment::{SegmentModel, scales};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let args: Vec<String> = std::env::args().collect();
+    let [_, model, out, ..] = &args[..] else { return Err("MODEL OUT [SEED] [SCENES]".into()) };
+    let mut model = SegmentModel::load(model.as_ref())?;
+    let seed: u64 = args.get(3).map_or(Ok(700_001), |s| s.parse())?;
+    let scenes: u64 = args.get(4).map_or(Ok(4), |s| s.parse())?;
+    let mut seen = Vec::new();
+    for set in reproduce::site_sets()? {
+        // Sets of several sizes are seen at the largest; blocks of the others are not asked for.
+        let unit_m = scales(&set.catalog)?[0];
+        for index in 0..scenes {
+            let made = set.scene(seed, index)?;
+            let centre_m = made.scene.blocks.iter().map(|b| b.site_from_block * set.catalog.get(b.model).centre);
+            let scene = LabelledScene {
+                centre_m: centre_m.collect(),
+                instance: made.instance,
+                position_m: made.survey.cloud.position_m,
+                unit_m,
+            };
+            seen.extend(signs_and_truth(&model, &scene, SeedTree::new(seed).child("fit", index), &Silent)?);
+        }
+    }
+    let fitted = Confidence::fit(&seen).ok_or("nothing to fit")?;
+    println!("{} hypotheses, {:?} before, {fitted:?} now", seen.len(), model.description.confidence);
+    model.description.confidence = fitted;
+    model.save(out.as_ref())?;
+    Ok(())
+}
