@@ -106,10 +106,13 @@ impl SitePose {
         }
     }
 
-    /// To a local pose, the quaternion brought to unit length.
+    /// To a local pose, the quaternion brought to unit length. One of f32's unit length stays as it is, so that a pose we wrote
+    /// comes back to the last bit and a plan that is read and written again keeps its digits.
     pub fn local(&self, frame: &scene::SiteFrame) -> geom::Pose {
         let [w, x, y, z] = self.rotation_wxyz;
-        let rotation = geom::DQuat::from_xyzw(x, y, z, w).normalize().as_quat();
+        let given = geom::DQuat::from_xyzw(x, y, z, w);
+        let is_unit = (given.length() - 1.0).abs() < 1e-6;
+        let rotation = if is_unit { given } else { given.normalize() }.as_quat();
         let position = geom::DVec3::from_array(self.position_m);
         geom::Pose::from_parts(frame.local_from_site(position), rotation)
     }
@@ -133,5 +136,23 @@ impl SitePose {
             )));
         }
         Ok(Self { position_m: [x, y, z], rotation_wxyz: [qw, qx, qy, qz] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SitePose;
+    use geom::{Pose, Quat, Vec3};
+    use proptest::prelude::*;
+    use scene::SiteFrame;
+
+    proptest! {
+        #[test]
+        fn a_pose_comes_back_to_the_last_bit(turn in (-3.0f32..3.0, -3.0f32..3.0), x in -200.0f32..200.0, z in -9.0f32..9.0) {
+            let frame = SiteFrame { origin: [-35_604.27, -12_310.5, 0.25], ..SiteFrame::default() };
+            let rotation = Quat::from_rotation_x(turn.0) * Quat::from_rotation_y(turn.1);
+            let pose = Pose::from_parts(Vec3::new(x, -0.3 * x, z), rotation);
+            prop_assert_eq!(SitePose::of(&pose, &frame).local(&frame), pose);
+        }
     }
 }

@@ -38,7 +38,7 @@ impl PlacementLessons<'_> {
     }
 
     /// A pile with a level design that lies a third to one and a third blocks above the middle of its centres.
-    fn background(&self, split: Split, index: u64, seed: SeedTree) -> Result<Background, String> {
+    pub fn background(&self, split: Split, index: u64, seed: SeedTree) -> Result<Background, String> {
         let seed = seed.child(if split == Split::Train { "train" } else { "held out" }, index);
         let scene = synth::scene(self.recipe, self.catalog, seed).map_err(|e| e.to_string())?.scene;
         let draw = (seed.child("design", 0).value() >> 40) as f32 / (1_u64 << 24) as f32;

@@ -1,6 +1,7 @@
 //! How far a network's answers lie from the best drops that generate-and-test found (Table 4.1).
 
-use crate::{PlacementModel, Sample};
+use crate::model::Answer;
+use crate::{GoodPose, PlacementModel, Sample};
 use scene::SymmetryGroup;
 use serde::{Deserialize, Serialize};
 
@@ -19,17 +20,27 @@ pub struct Errors {
     pub nearest_displacement: f32,
 }
 
+/// How far each answer to a window lies from a pose, the surest first: rotation modulo symmetry (radians) and displacement
+/// (block lengths). `depth` is the stored image; it is shown at each of the turns.
+pub fn offsets(
+    model: &PlacementModel,
+    depth: &[f32],
+    turns_rad: &[f32],
+    pose: &GoodPose,
+    symmetry: &SymmetryGroup,
+) -> Vec<(f32, f32)> {
+    let off = |a: Answer| (symmetry.rotation_error_rad(a.rotation, pose.rotation), (a.centre - pose.centre).length());
+    model.answers(depth, turns_rad).into_iter().map(off).collect()
+}
+
 /// Judges every window, unturned.
 pub fn errors(model: &PlacementModel, samples: &[Sample], symmetry: &SymmetryGroup) -> Errors {
     let mut sum = Errors::default();
     for sample in samples {
         let Some(best) = sample.good.first() else { continue };
-        let answers = model.answers(&sample.depth(), &[0.0]);
-        let off = |a: &crate::model::Answer| {
-            (symmetry.rotation_error_rad(a.rotation, best.rotation), (a.centre - best.centre).length())
-        };
-        let Some(first) = answers.first().map(off) else { continue };
-        let nearest = answers.iter().map(off).fold(first, |n, e| if e.0 < n.0 { e } else { n });
+        let answers = offsets(model, &sample.depth(), &[0.0], best, symmetry);
+        let Some(&first) = answers.first() else { continue };
+        let nearest = answers.iter().fold(first, |n, &e| if e.0 < n.0 { e } else { n });
         sum.windows += 1;
         sum.rotation_rad += first.0;
         sum.displacement += first.1;

@@ -112,15 +112,18 @@ impl PlacementModel {
     }
 }
 
+/// Turns at which a window is shown, the first one given.
+pub fn turns_rad(first: f32) -> Vec<f32> {
+    (0..TURNS).map(|t| first + t as f32 * std::f32::consts::TAU / TURNS as f32).collect()
+}
+
 impl Proposer for PlacementModel {
     fn view(&self) -> DepthView {
         stored_view(&self.description.network.view)
     }
 
     fn propose(&self, depth: &[f32], turn_rad: f32) -> Vec<Proposal> {
-        let turn = |t: usize| turn_rad + t as f32 * std::f32::consts::TAU / TURNS as f32;
-        let turns: Vec<f32> = (0..TURNS).map(turn).collect();
         let proposal = |a: Answer| Proposal { centre: a.centre.truncate(), rotation: a.rotation };
-        self.answers(depth, &turns).into_iter().map(proposal).collect()
+        self.answers(depth, &turns_rad(turn_rad)).into_iter().map(proposal).collect()
     }
 }

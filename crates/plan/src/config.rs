@@ -85,6 +85,8 @@ pub struct PlanConfig {
     /// Whether blocks of the plan are fixed once they rest. If not, a drop may push them, and one that moves any of them
     /// farther than `shake_limit_m` is removed; several times slower.
     pub frozen: bool,
+    /// Settings of policy `random`.
+    pub random: RandomConfig,
     /// Settings of policy `search`.
     pub search: SearchConfig,
     /// Settings of policy `network`.
@@ -94,6 +96,21 @@ pub struct PlanConfig {
     pub crane: Option<CraneConfig>,
     /// Physics settings.
     pub physics: PhysicsConfig,
+}
+
+/// Settings of policy `random`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RandomConfig {
+    /// Drops in a window. 1: the thesis' baseline. More: of those that stay within `displacement_limit_m` and may stay the one that
+    /// fills most, which is what the thesis' network is taught (generate-and-test); some hundred times slower.
+    pub drops: u32,
+}
+
+impl Default for RandomConfig {
+    fn default() -> Self {
+        Self { drops: 1 }
+    }
 }
 
 /// Settings of policy `search`.
@@ -158,6 +175,7 @@ impl Default for PlanConfig {
             shake_limit_m: None,
             drop_time_s: 10.0,
             frozen: true,
+            random: RandomConfig::default(),
             search: SearchConfig::default(),
             network: NetworkConfig::default(),
             crane: None,
@@ -212,6 +230,8 @@ pub struct Settings {
     pub loose_radius_m: f32,
     /// How far a block may roll in it without meeting blocks that the local world does not hold.
     pub roam_m: f32,
+    /// Random settings.
+    pub random: RandomConfig,
     /// Search settings.
     pub search: SearchConfig,
     /// Network settings.
@@ -252,6 +272,7 @@ impl PlanConfig {
             local_radius_m: 2.0 * reach_m + roam_m + if self.frozen { 0.0 } else { 2.0 * reach_m },
             loose_radius_m: if self.frozen { 0.0 } else { 2.0 * reach_m },
             roam_m,
+            random: self.random,
             search: self.search.clone(),
             network: self.network,
             physics: self.physics.for_block_size(model.d_box_m),
@@ -293,6 +314,7 @@ impl Settings {
         not_negative("shake_m_s", self.shake_m_s)?;
         positive("shake_limit_m", self.shake_limit_m)?;
         positive("drop_time_s", self.drop_time_s)?;
+        positive("random.drops", self.random.drops as f32)?;
         positive("search.attitudes", self.search.attitudes as f32)?;
         positive("search.step_cells", self.search.step_cells as f32)?;
         positive("search.verify", self.search.verify as f32)?;

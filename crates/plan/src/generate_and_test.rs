@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 pub struct GenerateConfig {
     /// Random drops a window (the thesis: 1000–3000).
     pub drops: u32,
-    /// Most windows; 0: all that lack the minimum volume.
+    /// Most windows, taken evenly from the largest deficit to the smallest; 0: all that lack the minimum volume.
     pub windows: u32,
     /// The depth image (the thesis: 512 pixels; more than a pixel a height-map cell shows nothing new).
     pub view: DepthView,
@@ -74,9 +74,7 @@ pub fn generate_and_test(
     let settings = &site.settings;
     let block = stack.catalog.get(site.model);
     let mut found = windows::detect(&stack.surface, &stack.design, settings, |_| true);
-    if generate.windows > 0 {
-        found.truncate(generate.windows as usize);
-    }
+    windows::thin(&mut found, generate.windows as usize);
     observer.event(geom::Event::Started { stage: "generate", total: found.len() as u64 });
     let done = std::sync::atomic::AtomicU64::new(0);
     let sample = |(number, window): (usize, &windows::Window)| {

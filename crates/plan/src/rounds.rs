@@ -96,7 +96,7 @@ pub(crate) fn fill(
                     let id = InstanceId(stack.blocks.len() as u32 + 1);
                     stack.add(PlacedBlock { block: id, model: p.model, site_from_block: p.rest }, tick);
                     kept += 1;
-                } else if settings.policy != Policy::Random {
+                } else if settings.policy != Policy::Random || settings.random.drops > 1 {
                     failures.push(Failure { place: places[w], tick, deficit_m3: windows[w].deficit_m3 });
                 }
                 filled.tried.extend(placements.into_iter().map(|p| (p, windows[w].deficit_m3)));
@@ -120,13 +120,9 @@ fn nothing_to_do(stack: &Stack, minimum_volume_m3: f32) -> String {
 }
 
 /// Tries to place one block in a window; of what was tried at most one is kept.
-fn serve(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree) -> Vec<Placement> {
+pub(crate) fn serve(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree) -> Vec<Placement> {
     let found = match &site.poses {
-        Poses::Random => {
-            let pose = random_pose::pose(stack, &site.settings, site.model, window, &mut seed.rng());
-            let tried = pose.map(|drop| attempt(site, stack, &drop, site.settings.roam_m, round));
-            return tried.into_iter().collect();
-        }
+        Poses::Random => return random_pose::placed(site, stack, window, round, seed),
         Poses::Network(proposer, turn_rad) => {
             network_pose::candidates(stack, &site.settings, site.model, (*proposer, *turn_rad), window)
         }

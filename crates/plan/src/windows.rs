@@ -44,6 +44,14 @@ pub fn detect(
     suppress(windows, settings.nms_iou)
 }
 
+/// Leaves `most` of the windows, evenly from the first to the last; 0 leaves all.
+pub fn thin(windows: &mut Vec<Window>, most: usize) {
+    let all = windows.len();
+    if most > 0 && most < all {
+        *windows = (0..most).map(|i| windows[i * all / most]).collect();
+    }
+}
+
 /// Non-maximum suppression by IoU (Algorithm 2); ties keep the window found first.
 pub fn suppress(mut windows: Vec<Window>, iou: f32) -> Vec<Window> {
     windows.sort_by(|a, b| b.deficit_m3.total_cmp(&a.deficit_m3));

@@ -6,6 +6,7 @@
 
 mod error;
 mod markdown;
+mod placement_ambiguity;
 mod placement_network;
 mod planning_log;
 mod planning_policies;
@@ -94,6 +95,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     pose_hard::HARD,
     pose_hard::SIZES,
     placement_network::EXPERIMENT,
+    placement_ambiguity::EXPERIMENT,
     planning_tables::EXPERIMENT,
     planning_policies::EXPERIMENT,
 ];

@@ -14,7 +14,7 @@ pub const EXPERIMENT: Experiment = Experiment {
     body,
 };
 
-const RECIPE: &str = include_str!("../../../recipes/placement.toml");
+pub(crate) const RECIPE: &str = include_str!("../../../recipes/placement.toml");
 
 /// Name, rotation code, modes, drops that teach.
 const VARIANTS: [(&str, RotationCode, usize, usize); 4] = [

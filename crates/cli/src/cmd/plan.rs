@@ -103,6 +103,9 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
     let summary = outputs::write_plan(&run, &works, &plan, range)?;
     terminal.emit("planned", summary.clone());
     say(&summary, terminal);
+    if let Some(previous) = &previous {
+        terminal.say(against_earlier(&plan, previous));
+    }
     terminal.say(format!("plan: {}", run.placements().display()));
     Ok(())
 }
@@ -232,6 +235,18 @@ fn thresholds(summary: &serde_json::Value) -> Vec<String> {
     entries.iter().map(line).collect()
 }
 
+/// What became of the earlier plan.
+fn against_earlier(plan: &Plan, previous: &Plan) -> String {
+    let earlier = |p: &&Placement| previous.placements.iter().any(|q| q.drop == p.drop && q.rest == p.rest);
+    let kept = plan.placements.iter().filter(earlier).count();
+    format!(
+        "earlier plan of {} blocks: {kept} still to place as it says, {} built or given up; {} blocks planned anew",
+        previous.placements.len(),
+        previous.placements.len() - kept,
+        plan.placements.len() - kept
+    )
+}
+
 /// The figures of a plan in words.
 pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
     let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
@@ -262,12 +277,14 @@ pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
             of("by_own_porosity")
         ));
     }
-    terminal.say(format!(
-        "new layer: porosity {:.3} by volumes, {:.3} by raster; {} protruding blocks",
-        number("porosity"),
-        number("porosity_rasterised"),
-        summary["protruding"]
-    ));
+    if number("blocks") > 0.0 {
+        terminal.say(format!(
+            "new layer: porosity {:.3} by volumes, {:.3} by raster; {} protruding blocks",
+            number("porosity"),
+            number("porosity_rasterised"),
+            summary["protruding"]
+        ));
+    }
     terminal.say(format!(
         "drops removed: {} overflowing, {} unsettled, {} unstable, {} outside",
         summary["overflowed"], summary["unsettled"], summary["unstable"], summary["outside"]

@@ -2,7 +2,7 @@
 
 use crate::site::{self, Heard, Site};
 use geom::{HeightMap, Quat, SeedTree, Silent, Vec2};
-use plan::{DepthView, PlanConfig, PlanInput, Policy, Proposal, Proposer, plan, plans_over_volumes};
+use plan::{DepthView, PlanConfig, PlanInput, Policy, Proposal, Proposer, RandomConfig, plan, plans_over_volumes};
 use scene::{PlacementState, Plan};
 
 /// Proposes what a network without training might: some attitude over the deepest pixel, then others.
@@ -133,6 +133,17 @@ fn search_places_more_and_closer_than_random() {
     assert!(search.blocks as f32 >= 1.12 * random.blocks as f32, "{} against {}", search.blocks, random.blocks);
     assert!(search.mean_distance_m < random.mean_distance_m);
     assert!(search.porosity < random.porosity);
+}
+
+#[test]
+fn more_random_drops_fill_more() {
+    let site = site::site(8.0, 6, 2.5);
+    let with = |drops: u32| {
+        let config = PlanConfig { random: RandomConfig { drops }, ..config(Policy::Random) };
+        plan(&site.input(), &config, SeedTree::new(1), &Silent).unwrap().summary
+    };
+    let (one, many) = (with(1), with(30));
+    assert!(many.void_after_m3 < one.void_after_m3, "{} against {}", many.void_after_m3, one.void_after_m3);
 }
 
 #[test]
