@@ -96,6 +96,7 @@ pub fn loose_survey(
         raw.push(RawSurvey {
             file: file.display().to_string(),
             position: cloud.position,
+            line: cloud.line.unwrap_or_default(),
             sensor,
             sensor_position: sensors,
             vertical_offset_m: 0.0,
@@ -137,6 +138,7 @@ fn site_survey(site: &io::site::Site, terminal: &Terminal) -> Result<Survey, Exi
         raw.push(RawSurvey {
             file: file.display().to_string(),
             position: cloud.position,
+            line: cloud.line.unwrap_or_default(),
             sensor: spec.sensor,
             sensor_position: sensors,
             vertical_offset_m: spec.vertical_offset_m.unwrap_or(0.0),
@@ -186,6 +188,7 @@ pub fn recognised(row: &BlockRow, catalog: &Catalog, frame: &SiteFrame, file: &P
         model,
         site_from_block: row.pose.local(frame),
         judgement: Judgement::Accepted,
+        type_judged: row.type_judged.unwrap_or(true),
         confidence: row.confidence.unwrap_or(1.0) as f32,
         fitness_m: row.fitness_m.unwrap_or(0.0) as f32,
         runner_up: None,

@@ -7,7 +7,7 @@ use scene::{Catalog, PlacedBlock, Recognised, SiteFrame};
 use std::path::Path;
 
 /// Columns of `blocks.csv`; `truth.csv` has the first ten.
-pub const COLUMNS: [&str; 14] = [
+pub const COLUMNS: [&str; 15] = [
     "block_id",
     "model",
     "x_m",
@@ -22,6 +22,7 @@ pub const COLUMNS: [&str; 14] = [
     "fitness_m",
     "runner_up",
     "runner_up_fitness_m",
+    "type_judged",
 ];
 /// How many of them `truth.csv` has.
 pub const TRUTH_COLUMNS: usize = 10;
@@ -38,7 +39,7 @@ pub struct BlockRow {
     pub pose: SitePose,
     /// 1 − visible model points / all model points.
     pub occlusion: Option<f64>,
-    /// Probability that pose and type are right.
+    /// Probability that what is stated is right: the pose, and the type where that is judged.
     pub confidence: Option<f64>,
     /// Mean nearest distance scene → model, metres.
     pub fitness_m: Option<f64>,
@@ -46,6 +47,8 @@ pub struct BlockRow {
     pub runner_up: Option<String>,
     /// Its fitness, metres.
     pub runner_up_fitness_m: Option<f64>,
+    /// Whether the type is judged, or only the likeliest.
+    pub type_judged: Option<bool>,
 }
 
 impl BlockRow {
@@ -60,6 +63,7 @@ impl BlockRow {
             fitness_m: Some(short(block.fitness_m)),
             runner_up: block.runner_up.map(|(m, _)| catalog.get(m).name.clone()),
             runner_up_fitness_m: block.runner_up.map(|(_, f)| short(f)),
+            type_judged: Some(block.type_judged),
         }
     }
 
@@ -74,6 +78,7 @@ impl BlockRow {
             fitness_m: None,
             runner_up: None,
             runner_up_fitness_m: None,
+            type_judged: None,
         }
     }
 
@@ -87,6 +92,7 @@ impl BlockRow {
             number(self.fitness_m),
             self.runner_up.clone().unwrap_or_default(),
             number(self.runner_up_fitness_m),
+            self.type_judged.map_or(String::new(), |judged| if judged { "yes" } else { "no" }.into()),
         ]);
         fields
     }
@@ -131,6 +137,12 @@ pub fn read_from(input: &mut Input) -> Result<Vec<BlockRow>, IoError> {
             return Err(row.bad("`model` is empty".into()));
         }
         let runner_up = row.text(c[12]);
+        let type_judged = match row.text(c[14]) {
+            "" => None,
+            "yes" => Some(true),
+            "no" => Some(false),
+            other => return Err(row.bad(format!("`type_judged` = `{other}` is neither yes nor no"))),
+        };
         Ok(BlockRow {
             block_id: row.number("block_id", c[0])?,
             model,
@@ -140,6 +152,7 @@ pub fn read_from(input: &mut Input) -> Result<Vec<BlockRow>, IoError> {
             fitness_m: row.finite_or_empty("fitness_m", c[11])?,
             runner_up: (!runner_up.is_empty()).then(|| runner_up.to_string()),
             runner_up_fitness_m: row.finite_or_empty("runner_up_fitness_m", c[13])?,
+            type_judged,
         })
     })?;
     let mut ids: Vec<u32> = rows.iter().map(|r| r.block_id).collect();

@@ -29,7 +29,7 @@ INSERT INTO gpkg_spatial_ref_sys VALUES
    NULL);
 CREATE TABLE blocks (
   fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POLYGON, block_id INTEGER, model TEXT, x_m DOUBLE, y_m DOUBLE,
-  z_m DOUBLE, occlusion DOUBLE, confidence DOUBLE, fitness_m DOUBLE, runner_up TEXT, runner_up_fitness_m DOUBLE);
+  z_m DOUBLE, occlusion DOUBLE, confidence DOUBLE, fitness_m DOUBLE, runner_up TEXT, runner_up_fitness_m DOUBLE, type_judged BOOLEAN);
 CREATE TABLE placements (
   fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POLYGON, placing_order INTEGER, round INTEGER, model TEXT,
   x_m DOUBLE, y_m DOUBLE, z_m DOUBLE, filled_m3 DOUBLE, contacts INTEGER);
@@ -81,7 +81,7 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
             Unit { source: Source::Recognised(r), .. } => {
                 let runner_up = r.runner_up.map(|(m, _)| drawing.catalog.get(m).name.clone());
                 db.execute(
-                    "INSERT INTO blocks VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+                    "INSERT INTO blocks VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
                     params![
                         geometry,
                         r.block.0,
@@ -93,7 +93,8 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
                         r.confidence,
                         r.fitness_m,
                         runner_up,
-                        r.runner_up.map(|(_, f)| f)
+                        r.runner_up.map(|(_, f)| f),
+                        r.type_judged
                     ],
                 )?;
             }

@@ -108,6 +108,8 @@ fn finish(path: &Path, mut cloud: RawCloud, meta: RawCloud, observer: &dyn Obser
     cloud.crs_wkt = meta.crs_wkt;
     cloud.float32 = meta.float32;
     cloud.invalid = meta.invalid;
+    // One number for all points says nothing of lines.
+    cloud.line = cloud.line.filter(|line| line.windows(2).any(|w| w[0] != w[1]));
     cloud.warn_of_rounding(path, observer);
     if cloud.invalid > 0 {
         let message =

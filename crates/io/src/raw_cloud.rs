@@ -15,6 +15,8 @@ pub struct RawCloud {
     pub model: Option<Vec<u16>>,
     /// Confidence of each label, in [0, 1].
     pub confidence: Option<Vec<f32>>,
+    /// Survey line (pass) of each point: the point source id of LAS; 0 = unknown.
+    pub line: Option<Vec<u16>>,
     /// Unit normals.
     pub normal: Option<Vec<Vec3>>,
     /// Where the sensor stood, in the file's coordinates, when the format says it (E57, PCD).
@@ -54,6 +56,7 @@ impl RawCloud {
         join(&mut self.instance, batch.instance, first);
         join(&mut self.model, batch.model, first);
         join(&mut self.confidence, batch.confidence, first);
+        join(&mut self.line, batch.line, first);
         join(&mut self.normal, batch.normal, first);
     }
 
@@ -67,6 +70,7 @@ impl RawCloud {
             instance: pick(&self.instance, index),
             model: pick(&self.model, index),
             confidence: pick(&self.confidence, index),
+            line: pick(&self.line, index),
             normal: pick(&self.normal, index),
             ..self.meta()
         }
@@ -120,6 +124,7 @@ impl RawCloud {
             self.instance.as_ref().map(Vec::len),
             self.model.as_ref().map(Vec::len),
             self.confidence.as_ref().map(Vec::len),
+            self.line.as_ref().map(Vec::len),
             self.normal.as_ref().map(Vec::len),
         ];
         if lengths.iter().flatten().any(|&l| l != n) {

@@ -59,6 +59,7 @@ impl Thinning {
         copy(&mut self.kept.instance, &batch.instance, slot, i);
         copy(&mut self.kept.model, &batch.model, slot, i);
         copy(&mut self.kept.confidence, &batch.confidence, slot, i);
+        copy(&mut self.kept.line, &batch.line, slot, i);
         copy(&mut self.kept.normal, &batch.normal, slot, i);
     }
 

@@ -49,9 +49,12 @@ pub struct PoseScore {
     /// Displacement of each true positive about the mean displacement of its scene, metres: what is left of E_d when
     /// the survey's own shift is taken out, which no recognition can see.
     pub about_shift_m: Vec<f32>,
-    /// True positives whose type is right.
+    /// True positives whose type is judged and right.
     pub types_right: usize,
-    /// Confidence of each judged, not ignored estimate and whether it was a true positive of the right type.
+    /// True positives whose type is not judged.
+    pub types_open: usize,
+    /// Confidence of each judged, not ignored estimate and whether what it states is right: the pose, and the type
+    /// where that is judged.
     pub confidence: Vec<(f32, bool)>,
 }
 
@@ -71,9 +74,9 @@ impl PoseScore {
         mean(self.errors.iter().map(|e| f64::from(e.rotation_rad)))
     }
 
-    /// Share of true positives with the right type.
+    /// Of the true positives whose type is judged, the share that have the right one.
     pub fn type_accuracy(&self) -> Option<f64> {
-        let all = self.counts.true_positives;
+        let all = self.counts.true_positives - self.types_open;
         (all > 0).then(|| self.types_right as f64 / all as f64)
     }
 
@@ -85,6 +88,7 @@ impl PoseScore {
             errors: [self.errors.as_slice(), &other.errors].concat(),
             about_shift_m: [self.about_shift_m.as_slice(), &other.about_shift_m].concat(),
             types_right: self.types_right + other.types_right,
+            types_open: self.types_open + other.types_open,
             confidence: [self.confidence.as_slice(), &other.confidence].concat(),
         }
     }
@@ -132,14 +136,15 @@ pub fn score_poses(
             Some((t, error)) if wanted(t) => {
                 let right = estimate.model == truths[t].placed.model;
                 score.counts.true_positives += 1;
-                score.types_right += usize::from(right);
+                score.types_right += usize::from(right && estimate.type_judged);
+                score.types_open += usize::from(!estimate.type_judged);
                 score.errors.push(error);
                 let truth = &truths[t].placed;
                 let centre = |model: ModelId, pose: Pose| pose * catalog.get(model).centre;
                 displaced.push(
                     centre(estimate.model, estimate.site_from_block) - centre(truth.model, truth.site_from_block),
                 );
-                score.confidence.push((estimate.confidence, right));
+                score.confidence.push((estimate.confidence, right || !estimate.type_judged));
             }
             Some(_) => score.ignored += 1,
             None => {

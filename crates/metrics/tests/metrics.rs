@@ -39,6 +39,7 @@ fn recognised(pose: Pose, judgement: Judgement) -> Recognised {
         model: ModelId(0),
         site_from_block: pose,
         judgement,
+        type_judged: true,
         confidence: 0.5,
         fitness_m: 0.0,
         runner_up: None,

@@ -42,7 +42,8 @@ impl Foreground {
             ),
         });
         let select: Vec<usize> = index.iter().map(|&i| i as usize).collect();
-        let part = Survey { cloud: survey.cloud.select(&select), walls, ..survey.clone() };
+        let line = if survey.line.is_empty() { Vec::new() } else { select.iter().map(|&i| survey.line[i]).collect() };
+        let part = Survey { cloud: survey.cloud.select(&select), line, walls, ..survey.clone() };
         Self { survey: part, index: Some(index), whole }
     }
 

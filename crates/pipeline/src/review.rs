@@ -156,6 +156,7 @@ fn kept(said: &ReviewedBlock, block: InstanceId, model: ModelId, pose: Pose) -> 
         model,
         site_from_block: pose,
         judgement: Judgement::Accepted,
+        type_judged: true,
         confidence: 1.0,
         fitness_m: said.fitness_m,
         runner_up: None,

@@ -11,6 +11,8 @@ pub struct RawSurvey {
     pub file: String,
     /// Points in the file's own order of axes.
     pub position: Vec<DVec3>,
+    /// Survey line of each point, 0 = unknown; empty when the file does not say.
+    pub line: Vec<u16>,
     /// How they were measured.
     pub sensor: SensorKind,
     /// Sensor positions in the file's own order of axes; empty when unknown.
@@ -62,8 +64,28 @@ pub fn local_survey(
         survey.cloud.position_m.extend(positions);
         survey.sensor_positions.extend(sensors);
     }
+    survey.line = joined_lines(raw);
     survey.cloud = PointCloud::from_positions(survey.cloud.position_m);
     Ok(survey)
+}
+
+/// Lines of all files, numbered on from file to file; empty when no file has any.
+fn joined_lines(raw: &[RawSurvey]) -> Vec<u16> {
+    if raw.iter().all(|part| part.line.is_empty()) {
+        return Vec::new();
+    }
+    let mut joined = Vec::new();
+    let mut last = 0_u16;
+    for part in raw {
+        if part.line.len() == part.position.len() {
+            let number = |&line: &u16| if line == 0 { 0 } else { line.saturating_add(last) };
+            joined.extend(part.line.iter().map(number));
+            last = last.saturating_add(part.line.iter().copied().max().unwrap_or(0));
+        } else {
+            joined.extend(std::iter::repeat_n(0, part.position.len()));
+        }
+    }
+    joined
 }
 
 /// Within 10 m of the middle for projected coordinates, zero for coordinates that f32 holds to 10 µm anyway.

@@ -34,14 +34,8 @@ fn main() {
         eprintln!("usage: bench_poses SHAPES NOISE_M DENSITY SCENES true|degraded|none [KEY=VALUE …]");
         std::process::exit(2);
     };
-    let catalog = catalog(shapes);
     let config = config(settings);
-    let mbes = noise.parse::<f32>().expect("NOISE_M is a number") > 0.02;
-    let kind = if mbes { "mbes" } else { "uav" };
-    let recipe = Recipe::parse(&format!(
-        "name = \"bench\"\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\nnoise_sd_m = {noise}\nmeasured_as = \"{kind}\""
-    ))
-    .expect("the recipe above is well formed");
+    let (catalog, recipe) = if shapes.ends_with(".toml") { of_recipe(shapes) } else { plain(shapes, noise, density) };
     // On a survey without points the stage only prepares its models.
     let cpu = cpu_s();
     let nothing = Segmentation::default();
@@ -54,7 +48,10 @@ fn main() {
     let (mut seconds, mut points, mut blocks, mut hypotheses) = (0.0, 0, 0, 0);
     let (mut open, mut signs) = (0, Vec::new());
     for n in 0..scenes {
-        let seed = SeedTree::new(20_261).child("held-out", n);
+        let seed = match std::env::var("SEED") {
+            Ok(seed) => SeedTree::new(seed.parse().expect("SEED is a number")).child(&recipe.name, n),
+            Err(_) => SeedTree::new(20_261).child("held-out", n),
+        };
         let made = match synth::scene(&recipe, &catalog, seed) {
             Ok(made) => made,
             Err(e) => {
@@ -73,10 +70,12 @@ fn main() {
         };
         let start = Instant::now();
         let cpu = cpu_s();
-        let found = pose::recognise(&made.survey, &segmentation, &catalog, &config, SeedTree::new(1), &Clock(start))
-            .expect("a synthetic scene is sound input");
+        let stated =
+            pose::recognise_with_signs(&made.survey, &segmentation, &catalog, &config, SeedTree::new(1), &Clock(start))
+                .expect("a synthetic scene is sound input");
         let took = start.elapsed().as_secs_f64();
         let took_cpu = cpu_s() - cpu;
+        let found: Vec<scene::Recognised> = stated.iter().map(|s| s.0.clone()).collect();
         let truths: Vec<TrueBlock> = made
             .scene
             .blocks
@@ -98,6 +97,10 @@ fn main() {
         }
         if std::env::var_os("VERBOSE").is_some() {
             explain(&found, &truths, &catalog);
+            types(&stated, &truths, &catalog);
+        }
+        if let Some(file) = std::env::var_os("SIGNS") {
+            signs_of(&file, &recipe.name, segments, &stated, &truths, &catalog);
         }
         seconds += took;
         points += made.instance.len();
@@ -109,12 +112,14 @@ fn main() {
     }
     let percent = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.1} %", 100.0 * v));
     println!(
-        "P {}  R {}  E_d {:.1} mm  E_R {:.2}°  type {}  ignored {}  not judged {open}",
+        "P {}  R {}  E_d {:.1} mm, {:.1} about shift  E_R {:.2}°  type {} ({} open)  ignored {}  not judged {open}",
         percent(pooled.counts.precision()),
         percent(pooled.counts.recall()),
         1e3 * pooled.mean_displacement_m().unwrap_or(f64::NAN),
+        1e3 * pooled.mean_about_shift_m().unwrap_or(f64::NAN),
         pooled.mean_rotation_rad().unwrap_or(f64::NAN).to_degrees(),
         percent(pooled.type_accuracy()),
+        pooled.types_open,
         pooled.ignored,
     );
     println!(
@@ -128,6 +133,24 @@ fn main() {
         let right = bin.iter().filter(|r| **r).count();
         println!("confidence {low:.2}–{high:.2}: {right} of {} right", bin.len());
     }
+}
+
+/// A recipe's own catalogue and sensor.
+fn of_recipe(file: &str) -> (Catalog, Recipe) {
+    let recipe = Recipe::parse(&std::fs::read_to_string(file).expect("the recipe can be read")).expect("a recipe");
+    let spec = recipe.catalog.clone().expect("the recipe names its blocks");
+    (blocks::catalog(&spec, &|_| Err("no mesh files here".into())).expect("built-in shapes"), recipe)
+}
+
+/// White noise over a pen.
+fn plain(shapes: &str, noise: &str, density: &str) -> (Catalog, Recipe) {
+    let mbes = noise.parse::<f32>().expect("NOISE_M is a number") > 0.02;
+    let kind = if mbes { "mbes" } else { "uav" };
+    let recipe = Recipe::parse(&format!(
+        "name = \"bench\"\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\nnoise_sd_m = {noise}\nmeasured_as = \"{kind}\""
+    ))
+    .expect("the recipe above is well formed");
+    (catalog(shapes), recipe)
 }
 
 /// Processor time of this process so far, seconds; 0 where the system does not say.
@@ -277,6 +300,53 @@ fn degraded(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentatio
         confidence: vec![0.0; position.len()],
         instances: 0,
         hypotheses: all,
+    }
+}
+
+/// Appends the signs of every block, as `tsumu reproduce pose-confidence` writes them.
+fn signs_of(
+    file: &std::ffi::OsStr,
+    set: &str,
+    segments: &str,
+    stated: &[(scene::Recognised, Option<pose::Signs>)],
+    truths: &[TrueBlock],
+    catalog: &Catalog,
+) {
+    use std::io::Write;
+    let mut out = std::fs::OpenOptions::new().append(true).create(true).open(file).expect("SIGNS can be written");
+    for (r, signs) in stated {
+        let Some(signs) = signs else { continue };
+        let right = truths.iter().find(|t| {
+            let (model, truth) = (catalog.get(r.model), catalog.get(t.placed.model));
+            let e = metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
+            e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
+        });
+        let kind = right.is_some_and(|t| t.placed.model == r.model);
+        let features: Vec<String> = signs.features().iter().map(|f| format!("{f:.5}")).collect();
+        let (place, kind, margin) = (u8::from(right.is_some()), u8::from(kind), signs.type_margin);
+        writeln!(out, "{set},{segments},{place},{kind},{margin},{}", features.join(" ")).expect("SIGNS can be written");
+    }
+}
+
+/// The type's margin of every block in its place, for fitting how much a nat is worth.
+fn types(stated: &[(scene::Recognised, Option<pose::Signs>)], truths: &[TrueBlock], catalog: &Catalog) {
+    for (r, signs) in stated {
+        let Some(signs) = signs.filter(|s| s.type_margin.is_finite()) else { continue };
+        let right = truths.iter().find(|t| {
+            let (model, truth) = (catalog.get(r.model), catalog.get(t.placed.model));
+            let e = metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
+            e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
+        });
+        if let Some(t) = right {
+            let same = u8::from(t.placed.model == r.model);
+            println!(
+                "  margin {:.2} right {same} occl {:.2} points {} at {:.1}",
+                signs.type_margin,
+                t.occlusion,
+                r.points.len(),
+                r.site_from_block.translation
+            );
+        }
     }
 }
 

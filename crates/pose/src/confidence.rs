@@ -33,8 +33,11 @@ pub const FEATURES: usize = 8;
 
 /// Fitted weights of the features; the first is the constant's.
 const WEIGHTS: [f32; FEATURES] = [-6.865, 0.081, 1.683, 1.111, 5.597, -1.545, -6.307, -1.952];
-/// How much of a nat of type margin is a fact: points err together, sensors have biases.
-const TYPE_SLOPE: f32 = 0.2;
+/// How much of a nat of type margin is a fact: points err together, sensors have biases. Fitted by hand to cubes and
+/// tetrapods 6 % apart: of 23 blocks below 10 nats 14 had the right type, of 24 from 10 to 20 18, of 587 above all.
+const TYPE_SLOPE: f32 = 0.1;
+/// By how much more a nat is worth for every nat there is already: small margins come from one edge, large ones from many.
+const TYPE_GROWTH: f32 = 0.0025;
 
 impl Signs {
     /// What the logistic function is linear in.
@@ -52,12 +55,16 @@ impl Signs {
     }
 }
 
-/// The probability, in [0, 1].
+/// The probability that the pose is right, in [0, 1].
 pub fn confidence(signs: &Signs) -> f32 {
     let z: f32 = signs.features().iter().zip(WEIGHTS).map(|(f, w)| f * w).sum();
-    let pose = 1.0 / (1.0 + (-z).exp());
-    let kind = 1.0 / (1.0 + (-TYPE_SLOPE * signs.type_margin).exp());
-    pose * kind
+    1.0 / (1.0 + (-z).exp())
+}
+
+/// The probability that the type is right if the pose is, in [0, 1].
+pub fn type_confidence(signs: &Signs) -> f32 {
+    let z = signs.type_margin * (TYPE_SLOPE + TYPE_GROWTH * signs.type_margin);
+    1.0 / (1.0 + (-z).exp())
 }
 
 #[cfg(test)]
@@ -86,10 +93,11 @@ mod tests {
             Signs { against: 0.1, ..plain },
             Signs { shared: 0.0, ..plain },
             Signs { turn_sd: 0.3, ..plain },
-            Signs { type_margin: 9.0, ..plain },
         ] {
             assert!(confidence(&better) > base, "{better:?}");
         }
+        assert!(type_confidence(&Signs { type_margin: 9.0, ..plain }) > type_confidence(&plain));
+        assert_eq!(type_confidence(&Signs { type_margin: f32::INFINITY, ..plain }), 1.0);
         assert!((0.0..=1.0).contains(&confidence(&Signs { turn_sd: f32::INFINITY, ..plain })));
     }
 }

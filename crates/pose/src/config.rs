@@ -33,8 +33,10 @@ pub struct PoseConfig {
     pub method: Method,
     /// Where it looks.
     pub places: Places,
-    /// Standard deviation of a point, metres; absent: from the sensor's kind.
+    /// Standard deviation of a point, metres; absent: from the sensor's kind and, on levelled lines, from their scatter.
     pub noise_sd_m: Option<f32>,
+    /// Survey lines that the file tells apart are laid onto each other first.
+    pub levelling: bool,
     /// Hypotheses compete for the points and are judged two-sidedly; off: one block a segment.
     pub verification: bool,
     /// Points nobody explains are searched again.
@@ -57,6 +59,7 @@ impl Default for PoseConfig {
             method: Method::SdfSearch,
             places: Places::Segments,
             noise_sd_m: None,
+            levelling: true,
             verification: true,
             re_search: true,
             ppf_hypotheses: false,
@@ -127,6 +130,8 @@ pub struct EvidenceConfig {
     pub min_agreement: f32,
     /// Blocks less sure than this are reported as not judged.
     pub min_confidence: f32,
+    /// Types less sure than this are reported as not judged; the block's pose is stated all the same.
+    pub min_type_confidence: f32,
 }
 
 impl Default for EvidenceConfig {
@@ -141,6 +146,7 @@ impl Default for EvidenceConfig {
             min_score: 0.03,
             min_agreement: 0.6,
             min_confidence: 0.7,
+            min_type_confidence: 0.95,
         }
     }
 }
@@ -216,6 +222,7 @@ impl PoseConfig {
             ("evidence.reach_sd", e.reach_sd, 1.0, 10.0, "must be 1 to 10"),
             ("evidence.max_shared", e.max_shared, 0.0, 1.0, "must be 0 to 1"),
             ("evidence.min_confidence", e.min_confidence, 0.0, 1.0, "must be 0 to 1"),
+            ("evidence.min_type_confidence", e.min_type_confidence, 0.0, 1.0, "must be 0 to 1"),
             ("evidence.min_agreement", e.min_agreement, 0.0, 1.0, "must be 0 to 1"),
             ("ppf.distance_step", p.distance_step, 0.01, 0.5, "must be 0.01 to 0.5"),
             ("ppf.angle_step_rad", p.angle_step_rad, 0.02, 1.6, "must be 0.02 to 1.6"),

@@ -1,8 +1,9 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
 use crate::acceptance::{Candidate, overlap_tolerance_m};
-use crate::confidence::{Signs, confidence};
+use crate::confidence::{Signs, confidence, type_confidence};
 use crate::evidence::{reach_m, shared_inside, weigh};
+use crate::fattening::{Fattening, residuals};
 use crate::fit::{CentredPose, FitPoint, covariance, fit};
 use crate::measured::Measured;
 use crate::template::Template;
@@ -10,7 +11,7 @@ use crate::types::decide;
 use crate::{EvidenceConfig, Method, PoseConfig};
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
-use scene::{InstanceId, Judgement, Recognised, Survey};
+use scene::{InstanceId, Judgement, Recognised, SensorKind, Survey};
 
 /// An accepted block on its way to the statement.
 pub struct Accepted {
@@ -26,6 +27,8 @@ pub struct Accepted {
     pub type_margin: f32,
 }
 
+/// Fewest blocks that show how a sounder errs.
+const FEWEST_BLOCKS: usize = 5;
 /// Points a refinement uses at most.
 const MOST_POINTS: usize = 4000;
 
@@ -92,16 +95,29 @@ pub fn refine(
     let grid = PointGrid::new(points, cell.max(f32::MIN_POSITIVE));
     // The thesis' way ends with ICP.
     let rounds = if config.method == Method::Ppf && !config.verification { 0 } else { 2 };
+    let sounder = survey.sensor == SensorKind::Mbes && blocks.len() >= FEWEST_BLOCKS;
+    let rounds = if sounder { rounds * 2 } else { rounds };
+    let mut fattening: Option<Fattening> = None;
     for round in 0..rounds {
         if round == 1 && config.verification {
             decide(survey, &grid, blocks, pool, templates, measured);
         }
         let own = members(&label(points, &grid, blocks, templates, measured, config), blocks.len());
-        blocks.par_iter_mut().zip(&own).for_each(|(block, own)| {
+        let samples: Vec<Vec<FitPoint>> = own.par_iter().map(|own| fit_points(survey, measured, own)).collect();
+        if sounder && round > 0 {
+            let shown = blocks
+                .iter()
+                .zip(&samples)
+                .flat_map(|(block, sample)| residuals(sample, &templates[block.template], &block.at));
+            fattening = Some(Fattening::of(shown));
+        }
+        blocks.par_iter_mut().zip(samples).for_each(|(block, mut sample)| {
             let template = &templates[block.template];
             let wide = reach_m(measured, template, &config.evidence);
             let sd = measured.noise_sd_m.max(0.3 * template.field.cell_m());
-            let sample = fit_points(survey, measured, own);
+            if let Some(fattening) = &fattening {
+                fattening.take_out(&mut sample, template, &block.at);
+            }
             if sample.len() >= crate::search::FEWEST_POINTS {
                 block.at = fit(&template.fit_model(), &sample, block.at, &[wide, 2.0 * sd, 2.0 * sd, 2.0 * sd]).0;
             }
@@ -132,13 +148,17 @@ pub fn statement(
     let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
     let occlusion = 1.0 - visible_share(template, &block.at, measured);
     let signs = signs(block, &points, covariance.as_ref(), others, templates, measured, config);
-    let confidence = confidence(&signs);
+    let type_confidence = type_confidence(&signs);
+    let type_judged = type_confidence >= config.min_type_confidence;
+    // What is not stated cannot be wrong: the type counts where it is judged.
+    let confidence = confidence(&signs) * if type_judged { type_confidence } else { 1.0 };
     let judged =
         confidence >= config.min_confidence && points.len() >= crate::search::FEWEST_POINTS && covariance.is_some();
     let statement = Recognised {
         block: InstanceId(0),
         model: template.id,
         site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
+        type_judged,
         judgement: if judged { Judgement::Accepted } else { Judgement::NotJudged },
         confidence,
         fitness_m: distance(template, &block.at),

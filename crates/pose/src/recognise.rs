@@ -7,6 +7,7 @@ use crate::acceptance::{Acceptance, Candidate, accept};
 use crate::confidence::Signs;
 use crate::evidence::weigh;
 use crate::finish::{Accepted, other_type, refine, statement};
+use crate::levelling::level;
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
@@ -48,7 +49,9 @@ pub fn recognise_with_signs(
     if survey.cloud.is_empty() {
         return Ok(Vec::new());
     }
-    let measured = measure(survey, &templates, config, seed)?;
+    let levelled = config.levelling.then(|| levelled(survey, &templates, config, observer)).flatten();
+    let (survey, noise_sd_m) = levelled.as_ref().map_or((survey, None), |(survey, noise)| (survey, Some(*noise)));
+    let measured = measure(survey, &templates, config, noise_sd_m, seed)?;
     let tasks = match config.places {
         Places::Segments => tasks(segmentation, &measured, catalog.d_max_m()),
         Places::Windows => {
@@ -295,6 +298,7 @@ impl Stage<'_> {
             model: template.id,
             site_from_block: template.model.symmetry.canonical(&at.pose(template.model.centre)),
             judgement: Judgement::NotJudged,
+            type_judged: self.templates.len() == 1,
             confidence: 0.0,
             fitness_m: thesis::fitness_m(&task.points, template, &at, self.measured),
             runner_up: None,
@@ -324,16 +328,39 @@ fn check_input(survey: &Survey, segmentation: &Segmentation, catalog: &Catalog) 
     Ok(())
 }
 
+/// The survey with its lines laid onto each other, and the noise left; `None` when its file tells no lines apart.
+fn levelled(
+    survey: &Survey,
+    templates: &[Template],
+    config: &PoseConfig,
+    observer: &dyn Observer,
+) -> Option<(Survey, f32)> {
+    let d_max_m = templates.iter().map(|t| t.model.d_max_m).fold(f32::INFINITY, f32::min);
+    let noise_sd_m = config.noise_sd_m.unwrap_or_else(|| survey.sensor.noise_sd_m(d_max_m));
+    let levelled = level(&survey.cloud.position_m, &survey.line, d_max_m, noise_sd_m)?;
+    let message = format!(
+        "{} survey lines laid onto each other, {:.0} mm off before; points scatter by {:.0} mm about each",
+        levelled.lines,
+        1e3 * levelled.shift_m,
+        1e3 * levelled.scatter_m
+    );
+    observer.event(Event::Noted { stage: STAGE, message });
+    let mut part = survey.clone();
+    part.cloud.position_m = levelled.position;
+    Some((part, levelled.scatter_m))
+}
+
 /// The working cloud. Error: [`PoseError::WrongScale`] when points are farther apart than a block is long.
 fn measure(
     survey: &Survey,
     templates: &[Template],
     config: &PoseConfig,
+    scatter_m: Option<f32>,
     seed: SeedTree,
 ) -> Result<Measured, PoseError> {
     let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
     let model = smallest.expect("templates are made of a catalogue that is not empty").model;
-    let noise_sd_m = config.noise_sd_m.unwrap_or_else(|| survey.sensor.noise_sd_m(model.d_max_m));
+    let noise_sd_m = config.noise_sd_m.or(scatter_m).unwrap_or_else(|| survey.sensor.noise_sd_m(model.d_max_m));
     let cell_m = config.search.working_cell * model.d_max_m;
     let survey_m = survey.cloud.bounds().size().max_element();
     let wrong = || PoseError::WrongScale { name: model.name.clone(), d_box_m: model.d_box_m, survey_m };

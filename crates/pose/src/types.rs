@@ -19,6 +19,12 @@ use scene::Survey;
 const MOST_POINTS: usize = 3000;
 /// Points at the same place of the surface err together; this many count as one.
 const POINTS_A_FACT: f32 = 4.0;
+/// How much the density differs from block to block, as a share: surveys are nowhere quite even.
+const DENSITY_CV: f32 = 0.1;
+/// Below this margin the poses of both types are moved about for a better one, nats.
+const DOUBTFUL: f32 = 60.0;
+/// First step of that search, in units of d_max.
+const FIRST_STEP: f32 = 0.04;
 
 /// Decides the type of every block; poses and rivals change with it.
 pub fn decide(
@@ -37,17 +43,30 @@ pub fn decide(
         let case = Case { survey, grid, templates, measured, neighbours: &neighbours, entry };
         let contenders = contenders(block, pool, templates);
         let (points, each) = case.points(&contenders);
-        let mut judged: Vec<(f32, usize, CentredPose)> = contenders
+        let judged: Vec<(Account, usize, CentredPose)> = contenders
             .into_iter()
             .map(|(t, at)| {
                 let sd = measured.noise_sd_m.max(0.3 * templates[t].field.cell_m());
                 // Sizes a few per cent apart start several centimetres off.
                 let wide = (4.0 * sd).max(0.08 * templates[t].model.d_max_m);
                 let at = fit(&templates[t].fit_model(), &points, at, &[wide, 4.0 * sd, 3.0 * sd, 2.0 * sd, 2.0 * sd]).0;
-                (case.charge(t, &at, &points, each), t, at)
+                (case.account(t, &at, &points, each), t, at)
             })
             .collect();
-        judged.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // Points that plain surface owes its due for: the same number for all contenders.
+        let owed =
+            judged.iter().max_by(|a, b| a.0.explained.total_cmp(&b.0.explained)).map_or(0.0, |j| j.0.plain_points);
+        let mut judged: Vec<(f32, usize, CentredPose)> =
+            judged.into_iter().map(|(account, t, at)| (account.charge(owed), t, at)).collect();
+        sort(&mut judged);
+        let runner_up = judged.iter().position(|j| j.1 != judged[0].1);
+        if let Some(second) = runner_up.filter(|&s| judged[s].0 - judged[0].0 < DOUBTFUL * POINTS_A_FACT) {
+            // Where a face is seen and no edge holds it, a fit slides; the likelihood knows where surface is missing.
+            for entry in [0, second] {
+                judged[entry] = case.slide(judged[entry], &points, each, owed);
+            }
+            sort(&mut judged);
+        }
         let (best, t, at) = judged[0];
         let second = judged.iter().find(|j| j.1 != t);
         (block.template, block.at) = (t, at);
@@ -69,6 +88,35 @@ fn contenders(block: &Accepted, pool: &[Candidate], templates: &[Template]) -> V
         contenders.extend(near.into_iter().take(2).map(|c| (t, c.at)));
     }
     contenders
+}
+
+fn sort(judged: &mut [(f32, usize, CentredPose)]) {
+    judged.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+}
+
+/// What a contender owes and explains.
+struct Account {
+    /// Points that its plain surface should have.
+    expected: f32,
+    /// Points near its plain surface.
+    plain_points: f32,
+    /// Sum over the points of the logarithm of their intensity over its peak.
+    explained: f32,
+}
+
+impl Account {
+    /// Negative log-likelihood up to a constant of the block: `owed` points on plain surface whose density is the survey's
+    /// up to [`DENSITY_CV`], a gamma prior with which it is integrated out.
+    fn charge(&self, owed: f32) -> f32 {
+        let certain = POINTS_A_FACT / (DENSITY_CV * DENSITY_CV);
+        (owed + certain) * (self.expected / certain).ln_1p() - self.explained
+    }
+}
+
+/// How far surface owes points by the cosine at which it faces the sensor: steep faces are measured thinly or not at
+/// all, they may explain points but owe none.
+fn owes(facing: f32) -> f32 {
+    ((facing - 0.2) / 0.25).clamp(0.0, 1.0)
 }
 
 struct Case<'a> {
@@ -123,9 +171,35 @@ impl Case<'_> {
         (points, stride as f32)
     }
 
-    /// Negative log-likelihood of a contender, up to a constant of the block: points are a Poisson process whose
-    /// intensity is the survey's density on the visible surface, blurred by the noise, over a thin background.
-    fn charge(&self, t: usize, at: &CentredPose, points: &[FitPoint], each: f32) -> f32 {
+    /// Moves a contender along the block's axes as long as that makes the points likelier; steps halve.
+    fn slide(
+        &self,
+        mut best: (f32, usize, CentredPose),
+        points: &[FitPoint],
+        each: f32,
+        owed: f32,
+    ) -> (f32, usize, CentredPose) {
+        let t = best.1;
+        let mut step_m = FIRST_STEP * self.templates[t].model.d_max_m;
+        for _ in 0..3 {
+            for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+                for sign in [-1.0, 1.0] {
+                    let mut at = best.2;
+                    at.centre += at.rotation * axis * (sign * step_m);
+                    let charge = self.account(t, &at, points, each).charge(owed);
+                    if charge < best.0 {
+                        best = (charge, t, at);
+                    }
+                }
+            }
+            step_m *= 0.5;
+        }
+        best
+    }
+
+    /// Points are a Poisson process whose intensity is the density on the visible surface, blurred by the noise, over a
+    /// thin background.
+    fn account(&self, t: usize, at: &CentredPose, points: &[FitPoint], each: f32) -> Account {
         let template = &self.templates[t];
         let site_from_block = at.pose(template.model.centre);
         let spacing = self.measured.survey_spacing_m;
@@ -138,7 +212,7 @@ impl Case<'_> {
         let nearest_m = self.survey.sensor_positions.iter().map(away).fold(f32::INFINITY, f32::min);
         let reach_m = nearest_m + 2.0 * template.model.d_max_m;
         let sensors: Vec<Vec3> = self.survey.sensor_positions.iter().copied().filter(|s| away(s) <= reach_m).collect();
-        let (mut place, mut normal) = (Vec::new(), Vec::new());
+        let (mut place, mut normal, mut due) = (Vec::new(), Vec::new(), Vec::new());
         for &(p, n) in surface {
             let (p, n) = (site_from_block * p, site_from_block.rotation * n);
             let seen = matches!(self.measured.sight.of_surface(p, n, margin), Some(Seen::Here | Seen::Through));
@@ -148,15 +222,16 @@ impl Case<'_> {
                 plain_m2 += area_m2;
                 continue;
             }
-            if facing < 0.0 || (facing > 0.3 && !seen) {
+            // Faces along the view come and go with a degree of pose: what was measured of them may be explained.
+            if facing < -0.2 || (owes(facing) >= 1.0 && !seen) {
                 continue;
             }
-            // Steep faces are measured thinly or not at all: they may explain points but owe none.
-            if facing > 0.3 {
-                plain_m2 += area_m2;
-            }
+            // On a steep face a depth image cannot tell hidden from seen: it owes nothing where it seems hidden.
+            let owed = if seen { owes(facing) } else { 0.0 };
+            plain_m2 += area_m2 * owed;
             place.push(p);
             normal.push(n);
+            due.push(owed);
         }
         let along = self.measured.noise_sd_m.max(0.3 * template.field.cell_m());
         let across = self.measured.noise_sd_m.max(0.7 * area_m2.sqrt());
@@ -164,19 +239,20 @@ impl Case<'_> {
         let density = 1.0 / (spacing * spacing);
         // Intensity over its peak on the surface, which all contenders share; a fiftieth of it is chance.
         let share = area_m2 / (std::f32::consts::TAU * across * across);
-        let explained: f32 = points
-            .iter()
-            .map(|point| {
-                let mut sum = 0.0;
-                grid.for_each_within(point.position, 3.0 * along.max(across), |i, q, d2| {
-                    let off = (point.position - q).dot(normal[i as usize]);
-                    let exponent = (off / along).powi(2) + (d2 - off * off).max(0.0) / (across * across);
-                    sum += (-0.5 * exponent).exp();
-                });
-                (sum * share + 0.02).ln()
-            })
-            .sum();
-        density * plain_m2 - explained * each
+        let (mut explained, mut plain_points) = (0.0, 0.0);
+        for point in points {
+            let (mut sum, mut plain) = (0.0_f32, 0.0_f32);
+            grid.for_each_within(point.position, 3.0 * along.max(across), |i, q, d2| {
+                let off = (point.position - q).dot(normal[i as usize]);
+                let exponent = (off / along).powi(2) + (d2 - off * off).max(0.0) / (across * across);
+                let near = (-0.5 * exponent).exp();
+                sum += near;
+                plain += near * due[i as usize];
+            });
+            explained += (sum * share + 0.02).ln();
+            plain_points += plain / sum.max(1e-6);
+        }
+        Account { expected: density * plain_m2, plain_points: plain_points * each, explained: explained * each }
     }
 
     /// Whether a place lies inside an accepted neighbour, deeper than poses err.

@@ -24,6 +24,7 @@ pub(crate) fn found(input: &ReportInput) -> String {
         ("judged", "判定", ""),
     ];
     let mut html = open("found", &t("Blocks recognised", "認識したブロック"), &heads);
+    let open_type = t("type not judged", "種類判定不能");
     for r in input.recognised {
         let [x, y, z] = centre(input, r.model, &r.site_from_block);
         let second =
@@ -36,7 +37,7 @@ pub(crate) fn found(input: &ReportInput) -> String {
             html,
             "<tr id=\"block-{id}\" data-block=\"{id}\" tabindex=\"0\"><td>{id}</td><td>{}</td><td>{x:.3}</td><td>{y:.3}</td><td>{z:.3}</td>\
              <td>{:.2}</td><td>{:.0}</td><td>{:.0}</td><td>{second}</td><td>{judged}</td></tr>",
-            name(input, r.model),
+            if r.type_judged { name(input, r.model) } else { format!("{} ({})", name(input, r.model), open_type) },
             r.confidence,
             r.fitness_m * 1000.0,
             r.occlusion * 100.0,

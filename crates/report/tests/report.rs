@@ -35,6 +35,7 @@ fn fixture() -> Fixture {
             model,
             site_from_block: pose,
             judgement: if k == 5 { Judgement::NotJudged } else { Judgement::Accepted },
+            type_judged: true,
             confidence: 0.9,
             fitness_m: 0.012,
             runner_up: Some((ModelId(1), 0.05)),

@@ -24,7 +24,10 @@ pub struct Recognised {
     pub site_from_block: Pose,
     /// Accepted or not judged.
     pub judgement: Judgement,
-    /// Calibrated probability that pose and type are right, in [0, 1].
+    /// Whether the points tell this type from the others; where not, `model` is only the likeliest.
+    #[serde(default = "told")]
+    pub type_judged: bool,
+    /// Calibrated probability that what is stated is right, in [0, 1]: the pose, and the type where that is judged.
     pub confidence: f32,
     /// Mean nearest distance scene → model, metres (Eq. 3.10).
     pub fitness_m: f32,
@@ -37,6 +40,11 @@ pub struct Recognised {
     /// Covariance of the pose from the fit: (tx, ty, tz, rx, ry, rz), m and rad, row-major 6×6; about the block's centre, site axes.
     #[serde(serialize_with = "write_matrix", deserialize_with = "read_matrix")]
     pub covariance: [f32; 36],
+}
+
+/// Results written before types could be left open state them all.
+fn told() -> bool {
+    true
 }
 
 /// Serde knows arrays of up to 32.

@@ -82,6 +82,8 @@ pub struct Survey {
     pub sensor: SensorKind,
     /// Sensor positions, local frame; empty when unknown (then: straight above).
     pub sensor_positions: Vec<Vec3>,
+    /// Survey line (pass) of each point, 0 = unknown; empty when the file does not say. Lines have errors of their own.
+    pub line: Vec<u16>,
     /// Planes that no block reaches through, normals towards the blocks, local frame: floor and walls of a bin.
     pub walls: Vec<Plane>,
 }

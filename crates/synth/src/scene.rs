@@ -62,13 +62,14 @@ fn measure(
     let with_bed = recipe.bed.measured && !matches!(recipe.site, Site::Bin { .. });
     let targets = Targets::new(&scene, catalog, with_bed.then_some(resolved.size_m));
     let scan = recipe.sensor.scan(&targets, resolved, recipe.visibility, seed)?;
-    let Scan { points, occlusion, positions } = in_scan_order(scan, resolved);
+    let Scan { points, line, occlusion, positions } = in_scan_order(scan, resolved);
     let (position_m, instance) = points.into_iter().unzip();
     let survey = Survey {
         cloud: PointCloud::from_positions(position_m),
         frame: SiteFrame::default(),
         sensor: recipe.sensor.kind(),
         sensor_positions: positions,
+        line,
         walls: Vec::new(),
     };
     Ok(SynthScene { scene, survey, instance, occlusion, redraws })
@@ -78,10 +79,15 @@ fn measure(
 fn in_scan_order(mut scan: Scan, resolved: &Resolved) -> Scan {
     let strip = 0.25 * resolved.largest_m;
     let key = |p: &Vec3| ((p.y / strip).floor(), (p.x / (0.1 * strip)).floor());
+    let mut order: Vec<usize> = (0..scan.points.len()).collect();
     // A stable sort: ties keep the order in which the sensor made them, which is random.
-    scan.points.sort_by(|(a, _), (b, _)| {
-        let (a, b) = (key(a), key(b));
+    order.sort_by(|&a, &b| {
+        let (a, b) = (key(&scan.points[a].0), key(&scan.points[b].0));
         a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
+    if !scan.line.is_empty() {
+        scan.line = order.iter().map(|&i| scan.line[i]).collect();
+    }
+    scan.points = order.into_iter().map(|i| scan.points[i]).collect();
     scan
 }

@@ -226,6 +226,7 @@ fn write(to: &Path, made: &SynthScene, order: &Order, facts: SceneFacts) -> Resu
     let cloud = RawCloud {
         position: made.survey.cloud.position_m.iter().map(|p| made.survey.frame.site_from_local(*p)).collect(),
         instance: Some(made.instance.clone()),
+        line: (!made.survey.line.is_empty()).then(|| made.survey.line.clone()),
         ..Default::default()
     };
     points::write(&to.join("cloud.ply"), &cloud)?;

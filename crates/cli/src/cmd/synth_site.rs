@@ -21,7 +21,8 @@ pub struct Georeference {
 pub fn write(folder: &Path, scene: &SynthScene, catalog: &Catalog, place: &Georeference) -> Result<(), Exit> {
     let frame = SiteFrame { origin: place.origin, crs: place.crs.clone(), ..SiteFrame::default() };
     let position: Vec<DVec3> = scene.survey.cloud.position_m.iter().map(|&p| frame.site_from_local(p)).collect();
-    let survey = RawCloud { position, crs: Some(place.crs.clone()), ..RawCloud::default() };
+    let line = (!scene.survey.line.is_empty()).then(|| scene.survey.line.clone());
+    let survey = RawCloud { position, line, crs: Some(place.crs.clone()), ..RawCloud::default() };
     io::points::write(&folder.join("survey.laz"), &survey)?;
     let labelled = RawCloud { instance: Some(scene.instance.clone()), ..survey };
     io::points::write(&folder.join("truth/cloud.laz"), &labelled)?;

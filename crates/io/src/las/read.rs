@@ -131,6 +131,9 @@ fn decode_records(path: &std::path::Path, header: &Header, records: &[u8], first
         let (p, at) = (batch.position[i], Place::Record(first + i as u64 + 1));
         return Err(IoError::NotFinite { path: path.into(), at, x: p.x, y: p.y, z: p.z });
     }
+    // Every format has the point source id after the scan angle, which takes two bytes from format 6 on.
+    let source_at = if header.summary.format < 6 { 18 } else { 20 };
+    batch.line = Some(records.chunks_exact(size).map(|r| header::u16_at(r, source_at)).collect());
     let [instance, model, confidence] = header.extra.present();
     if !(instance || model || confidence) {
         return Ok(batch);

@@ -15,6 +15,8 @@ use std::path::Path;
 
 const FORMAT: u8 = 6;
 const BASE: usize = 30;
+/// Where the point source id lies after the coordinates.
+const SOURCE_ID: usize = 8;
 const CHUNK: usize = 50_000;
 const HEADER: usize = 375;
 
@@ -151,6 +153,9 @@ impl Grid {
             }
             let mut rest = [0; BASE - 12];
             rest[2] = 0x11; // first return of one
+            if let Some(line) = &cloud.line {
+                rest[SOURCE_ID..SOURCE_ID + 2].copy_from_slice(&line[i].to_le_bytes());
+            }
             out.extend_from_slice(&rest);
             if let Some(column) = &cloud.instance {
                 out.extend_from_slice(&column[i].to_le_bytes());

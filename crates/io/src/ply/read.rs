@@ -113,6 +113,7 @@ struct Columns {
     instance: Option<usize>,
     model: Option<usize>,
     confidence: Option<usize>,
+    line: Option<usize>,
 }
 
 impl Columns {
@@ -136,6 +137,7 @@ impl Columns {
             instance: scalar(&["instance", "label", "scalar_instance", "scalar_label"]),
             model: scalar(&["model", "scalar_model"]),
             confidence: scalar(&["confidence", "scalar_confidence"]),
+            line: scalar(&["point_source_id", "scalar_point_source_id", "line", "scalar_line"]),
         })
     }
 
@@ -145,6 +147,7 @@ impl Columns {
             instance: self.instance.map(|_| Vec::new()),
             model: self.model.map(|_| Vec::new()),
             confidence: self.confidence.map(|_| Vec::new()),
+            line: self.line.map(|_| Vec::new()),
             normal: self.normal.map(|_| Vec::new()),
             ..RawCloud::default()
         }
@@ -167,6 +170,11 @@ impl Columns {
         }
         if let (Some(i), Some(column)) = (self.confidence, cloud.confidence.as_mut()) {
             column.push(value(i) as f32);
+        }
+        if let (Some(i), Some(column)) = (self.line, cloud.line.as_mut()) {
+            let wide =
+                label(value(i), u32::from(u16::MAX)).ok_or_else(|| fail(not_a_label("point_source_id", value(i))))?;
+            column.push(wide as u16);
         }
         if let (Some(n), Some(column)) = (self.normal, cloud.normal.as_mut()) {
             column.push(Vec3::from_array(n.map(|i| value(i) as f32)));

@@ -21,6 +21,7 @@ pub fn write_cloud(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
             (cloud.instance.is_some(), "property uint instance"),
             (cloud.model.is_some(), "property ushort model"),
             (cloud.confidence.is_some(), "property float confidence"),
+            (cloud.line.is_some(), "property ushort point_source_id"),
         ] {
             if present {
                 writeln!(out, "{line}")?;
@@ -43,6 +44,9 @@ pub fn write_cloud(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
                 out.write_all(&column[i].to_le_bytes())?;
             }
             if let Some(column) = &cloud.confidence {
+                out.write_all(&column[i].to_le_bytes())?;
+            }
+            if let Some(column) = &cloud.line {
                 out.write_all(&column[i].to_le_bytes())?;
             }
         }

@@ -15,6 +15,7 @@ pub fn sample(n: usize) -> RawCloud {
         instance: Some((0..n).map(|i| (i % 7) as u32 * 1000).collect()),
         model: Some((0..n).map(|i| (i % 3) as u16).collect()),
         confidence: Some((0..n).map(|i| i as f32 / n as f32).collect()),
+        line: Some((0..n).map(|i| (i % 5) as u16).collect()),
         crs: Some("EPSG:6679".into()),
         ..RawCloud::default()
     }
@@ -34,8 +35,8 @@ fn a_large_cloud_survives_every_format() {
         let back = there_and_back(&cloud, name);
         assert_eq!(back.len(), cloud.len(), "{name}");
         assert_eq!(
-            (&back.instance, &back.model, &back.confidence),
-            (&cloud.instance, &cloud.model, &cloud.confidence),
+            (&back.instance, &back.model, &back.confidence, &back.line),
+            (&cloud.instance, &cloud.model, &cloud.confidence, &cloud.line),
             "{name}"
         );
         assert_eq!(back.crs.as_deref(), Some("EPSG:6679"), "{name}");

@@ -76,6 +76,7 @@ pub fn sample() -> Sample {
             model: ModelId((i % 2) as u16),
             site_from_block: pose(i),
             judgement: if i == 5 { Judgement::NotJudged } else { Judgement::Accepted },
+            type_judged: true,
             confidence: 0.9,
             fitness_m: 0.0125,
             runner_up: Some((ModelId(((i + 1) % 2) as u16), 0.25)),

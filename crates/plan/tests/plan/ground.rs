@@ -12,6 +12,7 @@ fn recognised(pose: Pose) -> Recognised {
         model: ModelId(0),
         site_from_block: pose,
         judgement: Judgement::Accepted,
+        type_judged: true,
         confidence: 1.0,
         fitness_m: 0.0,
         runner_up: None,

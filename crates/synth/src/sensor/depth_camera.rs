@@ -78,7 +78,7 @@ impl DepthCamera {
         let sees = |(p, n): (&Vec3, &Vec3)| map.sees(*p, *n);
         let occlusion = occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
         let points = self.points(&map, targets, &mut rng);
-        Ok(Scan { points, occlusion, positions: vec![position] })
+        Ok(Scan { points, line: Vec::new(), occlusion, positions: vec![position] })
     }
 
     fn points(&self, map: &RangeMap<Camera>, targets: &Targets, rng: &mut impl Rng) -> Vec<(Vec3, u32)> {

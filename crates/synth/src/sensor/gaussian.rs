@@ -75,6 +75,6 @@ impl Gaussian {
                 (points.position[i] + noise * self.noise_sd_m, points.owner[i])
             })
             .collect();
-        Ok(Scan { points, occlusion, positions })
+        Ok(Scan { points, line: Vec::new(), occlusion, positions })
     }
 }

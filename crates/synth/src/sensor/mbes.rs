@@ -153,9 +153,11 @@ impl Mbes {
         let half = resolved.size_m.map(|s| s / 2.0);
         let top = self.top_level_m.unwrap_or(f32::INFINITY);
         let inside = |p: &Vec3| p.x.abs() <= half[0] && p.y.abs() <= half[1] && p.z <= top;
-        let all: Vec<(Vec3, u32)> = measured.into_iter().flatten().filter(|(p, _)| inside(p)).collect();
+        let numbered =
+            measured.into_iter().enumerate().flat_map(|(k, pass)| pass.into_iter().map(move |p| (p, k as u16 + 1)));
+        let all: Vec<((Vec3, u32), u16)> = numbered.filter(|((p, _), _)| inside(p)).collect();
         let chosen = thinned((0..all.len()).collect(), resolved.target_points, &mut seed.child("thin", 0).rng());
-        let points = chosen.into_iter().map(|i| all[i]).collect();
+        let (points, line) = chosen.into_iter().map(|i| all[i]).unzip();
 
         let samples = targets
             .sample(SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(), seed.child("surface", 0));
@@ -163,7 +165,7 @@ impl Mbes {
         let occlusion = occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
         // A place every 2 m of track is enough to know from where a point was seen.
         let positions = maps.iter().flat_map(|m| m.projection.track(2.0)).collect();
-        Ok(Scan { points, occlusion, positions })
+        Ok(Scan { points, line, occlusion, positions })
     }
 
     /// Pings over a flat, smooth bed `depth_m` below the head, without ghosts and spikes: (angle, range) of every beam.

@@ -40,6 +40,8 @@ pub enum Sensor {
 pub(crate) struct Scan {
     /// Points and the block of each (0 = bed or artefact).
     pub points: Vec<(Vec3, u32)>,
+    /// Pass of each point, from 1; empty for sensors without passes.
+    pub line: Vec<u16>,
     /// Occlusion of each block (Eq. 3.14).
     pub occlusion: Vec<f32>,
     /// Where the sensor was.

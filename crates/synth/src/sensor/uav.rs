@@ -128,7 +128,7 @@ impl Uav {
         if let Some(water) = &self.waterline {
             points = water.spoil(points, &mut seed.child("water", 0).rng());
         }
-        Ok(Scan { points, occlusion, positions })
+        Ok(Scan { points, line: Vec::new(), occlusion, positions })
     }
 
     /// Every point at the mean of its neighbours: flat faces stay, edges retreat, narrow gaps close.
