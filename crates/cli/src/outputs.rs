@@ -27,7 +27,8 @@ pub fn short_digits(value: &impl serde::Serialize) -> Result<Value, serde_json::
 fn site_cloud(survey: &Survey) -> RawCloud {
     let position: Vec<DVec3> = survey.cloud.position_m.iter().map(|&p| survey.frame.site_from_local(p)).collect();
     let crs = Some(survey.frame.crs.clone()).filter(|c| c.starts_with("EPSG:"));
-    RawCloud { position, crs, ..RawCloud::default() }
+    let line = (!survey.line.is_empty()).then(|| survey.line.clone());
+    RawCloud { position, line, crs, ..RawCloud::default() }
 }
 
 /// The survey with the instance of every point.
@@ -82,6 +83,11 @@ pub fn recognise_summary(survey: &Survey, recognition: &Recognition, catalog: &C
         "centre_hypotheses": recognition.segmentation.hypotheses.len(),
         "recognised_blocks": count(Judgement::Accepted),
         "recognised_by_type": by_type,
+        "types_not_judged": recognition
+            .blocks
+            .iter()
+            .filter(|b| b.judgement == Judgement::Accepted && !b.type_judged)
+            .count(),
         "not_judged_blocks": count(Judgement::NotJudged),
         "fitting_threshold_m": (f64::from(threshold_m) * 1e6).round() / 1e6,
         "fitting_error_m": all.error_m,
@@ -112,6 +118,8 @@ pub fn write_recognise(
     let rows = |j| block_rows(&recognition.blocks, j, catalog, &survey.frame);
     io::blocks_csv::write_blocks(&run.blocks(), &rows(Judgement::Accepted))?;
     io::blocks_csv::write_blocks(&run.not_judged(), &rows(Judgement::NotJudged))?;
+    let accepted = recognition.blocks.iter().filter(|b| b.judgement == Judgement::Accepted);
+    io::covariance_csv::write(&run.covariance(), accepted)?;
     io::points::write(&run.recognise_cloud(), &explained_cloud(survey, &recognition.blocks))?;
     let summary = recognise_summary(survey, recognition, catalog);
     write_json(&run.recognise_summary(), &summary)?;

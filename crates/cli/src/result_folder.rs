@@ -92,6 +92,11 @@ impl RunFolder {
         self.root.join("recognise/blocks.csv")
     }
 
+    /// How well the poses are held.
+    pub fn covariance(&self) -> PathBuf {
+        self.root.join("recognise/covariance.csv")
+    }
+
     /// Blocks too little is seen of.
     pub fn not_judged(&self) -> PathBuf {
         self.root.join("recognise/not_judged.csv")

@@ -5,6 +5,7 @@
 
 pub mod atomic;
 pub mod blocks_csv;
+pub mod covariance_csv;
 pub mod design_file;
 pub mod drawing;
 pub mod dxf;

@@ -3,9 +3,24 @@
 use geom::plane::find_walls;
 use geom::{Event, Observer, SeedTree, Vec3};
 use scene::{Catalog, Recognised, Segmentation, SensorKind, Survey};
+use serde::{Deserialize, Serialize};
 
 /// How far from a wall's plane points are still of the wall, in units of the smallest d_max.
 const WALL_THICKNESS: f32 = 0.08;
+
+/// What goes before the network.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BackgroundConfig {
+    /// Floor and walls of a bin go from a depth camera's cloud. Off for parts on no bin, whose flat backs look like walls.
+    pub bin: bool,
+}
+
+impl Default for BackgroundConfig {
+    fn default() -> Self {
+        Self { bin: true }
+    }
+}
 
 /// The part of a survey that can hold blocks.
 pub struct Foreground {
@@ -18,11 +33,17 @@ pub struct Foreground {
 
 impl Foreground {
     /// Removes the bin from a depth camera's cloud; other surveys stay whole, their bed matters.
-    pub fn of(survey: &Survey, catalog: &Catalog, seed: SeedTree, observer: &dyn Observer) -> Self {
+    pub fn of(
+        survey: &Survey,
+        catalog: &Catalog,
+        config: &BackgroundConfig,
+        seed: SeedTree,
+        observer: &dyn Observer,
+    ) -> Self {
         let whole = survey.cloud.len();
         let smallest_m = catalog.iter().map(|(_, m)| m.d_max_m).fold(f32::INFINITY, f32::min);
         let everything = || Self { survey: survey.clone(), index: None, whole };
-        if survey.sensor != SensorKind::DepthCamera || catalog.is_empty() {
+        if !config.bin || survey.sensor != SensorKind::DepthCamera || catalog.is_empty() {
             return everything();
         }
         let thickness_m = WALL_THICKNESS * smallest_m;

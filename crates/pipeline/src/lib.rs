@@ -11,7 +11,7 @@ mod recogniser;
 pub mod review;
 pub mod survey;
 
-pub use background::Foreground;
+pub use background::{BackgroundConfig, Foreground};
 pub use error::PipelineError;
 pub use lessons::Lessons;
 pub use placement_lessons::PlacementLessons;
@@ -28,6 +28,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// Which points can hold blocks at all.
+    pub background: BackgroundConfig,
     /// Settings of segmentation.
     pub segment: SegmentConfig,
     /// Settings of pose estimation.

@@ -70,6 +70,6 @@ impl Recogniser<'_> {
 
     /// The part of a survey that can hold blocks.
     fn foreground(&self, survey: &Survey, observer: &dyn Observer) -> Foreground {
-        Foreground::of(survey, self.catalog, self.seed.child("background", 0), observer)
+        Foreground::of(survey, self.catalog, &self.config.background, self.seed.child("background", 0), observer)
     }
 }

@@ -99,9 +99,9 @@ impl Default for SearchConfig {
             field_cells: 72,
             rotation_spacing_rad: 0.42,
             max_rotations: 400,
-            points: 80,
+            points: 56,
             centre_offset: 0.0,
-            keep_coarse: 12,
+            keep_coarse: 6,
             keep: 4,
             working_cell: 1.0 / 32.0,
         }

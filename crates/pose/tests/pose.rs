@@ -85,6 +85,32 @@ fn finds_every_visible_block_of_a_pile() {
     }
 }
 
+/// Passes off by centimetres once tilted the blocks; a file that tells them apart lets them be levelled.
+#[test]
+fn survey_lines_that_are_off_are_laid_onto_each_other() {
+    let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
+    let mut made = pile(&catalog, 0.01, 14);
+    let off = [Vec3::new(0.05, -0.03, 0.03), Vec3::new(-0.06, 0.02, -0.04), Vec3::new(0.01, 0.01, 0.01)];
+    let y = made.survey.cloud.bounds();
+    // Three lines that overlap: the strip a point lies in decides how likely each is.
+    made.survey.line = (0..made.instance.len())
+        .map(|i| {
+            let across = 3.0 * (made.survey.cloud.position_m[i].y - y.min.y) / y.size().y;
+            ((across + (i % 3) as f32 - 1.0).clamp(0.0, 2.0) as u16) + 1
+        })
+        .collect();
+    for (p, line) in made.survey.cloud.position_m.iter_mut().zip(&made.survey.line) {
+        *p += off[usize::from(*line) - 1];
+    }
+    let rotation = |levelling: bool| {
+        let config = PoseConfig { levelling, ..Default::default() };
+        let found = run(&made, &segments(&made, &catalog), &catalog, &config);
+        judge(&made, &found, &catalog).mean_rotation_rad().unwrap_or(1.0)
+    };
+    let (levelled, as_it_is) = (rotation(true), rotation(false));
+    assert!(levelled < 0.6 * as_it_is, "{levelled} against {as_it_is}");
+}
+
 #[test]
 fn leftovers_alone_find_blocks_no_network_saw() {
     let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
@@ -103,7 +129,9 @@ fn sizes_six_per_cent_apart_are_told_apart() {
     let found = run(&made, &segments(&made, &catalog), &catalog, &PoseConfig::default());
     let score = judge(&made, &found, &catalog);
     assert_eq!(score.counts.false_negatives, 0, "{score:?}");
-    assert_eq!(score.types_right, score.counts.true_positives, "{score:?}");
+    // One whose size is not in its points may be left open; none may be wrong.
+    assert_eq!(score.types_right + score.types_open, score.counts.true_positives, "{score:?}");
+    assert!(score.types_open <= 2, "{score:?}");
     assert!(found.iter().filter(|r| r.judgement == Judgement::Accepted).all(|r| r.runner_up.is_some()));
 }
 

@@ -162,6 +162,9 @@ pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
         "{} blocks recognised, {} not judged, in {} points",
         summary["recognised_blocks"], summary["not_judged_blocks"], summary["points"]
     ));
+    if let Some(open @ 1..) = summary["types_not_judged"].as_u64() {
+        terminal.say(format!("{open} of the recognised are stated with their type not judged"));
+    }
     terminal.say(format!(
         "fitting error {}, matching rate {} (within {:.1} mm of a block)",
         or_dash(number("fitting_error_m").map(|v| format!("{:.2} mm", v * 1000.0))),

@@ -1,0 +1,33 @@
+//! `covariance.csv`: how well each recognised block's pose is held, one block a line.
+//!
+//! The upper triangle of the 6×6 covariance of (tx, ty, tz, rx, ry, rz): a shift of the block's centre of mass along the
+//! site's axes, metres, and a small turn about them, radians. Squares of standard deviations stand on the diagonal.
+
+use crate::{IoError, atomic, csv_table};
+use scene::Recognised;
+use std::path::Path;
+
+const AXES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
+
+/// Column names: the block, then `tx_tx`, `tx_ty` … `rz_rz`.
+pub fn columns() -> Vec<String> {
+    let pairs = (0..6).flat_map(|i| (i..6).map(move |k| format!("{}_{}", AXES[i], AXES[k])));
+    std::iter::once("block_id".to_string()).chain(pairs).collect()
+}
+
+/// Text of the file.
+pub fn text<'a>(blocks: impl Iterator<Item = &'a Recognised>) -> String {
+    let names = columns();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let rows = blocks.map(|b| {
+        let upper = (0..6).flat_map(|i| (i..6).map(move |k| (i, k)));
+        let cells = upper.map(|(i, k)| format!("{:.4e}", b.covariance[6 * i + k]));
+        std::iter::once(b.block.0.to_string()).chain(cells).collect()
+    });
+    csv_table::text(&names, rows)
+}
+
+/// Writes the file.
+pub fn write<'a>(path: &Path, blocks: impl Iterator<Item = &'a Recognised>) -> Result<(), IoError> {
+    atomic::write_bytes(path, text(blocks).as_bytes())
+}
