@@ -23,6 +23,7 @@ struct Case {
     type_margin: f32,
     pose_right: bool,
     type_right: bool,
+    type_judged: bool,
 }
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
@@ -62,6 +63,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
                         confidence: block.confidence,
                         type_margin: signs.type_margin,
                         pose_right: right.is_some(),
+                        type_judged: block.type_judged,
                         type_right: right.is_some_and(|t| t.placed.model == block.model),
                     };
                     let features: Vec<String> = signs.features().iter().map(|f| format!("{f:.5}")).collect();
@@ -88,7 +90,7 @@ fn tables(cases: &[Case]) -> String {
     let mut all = Table::new(&["confidence", "blocks", "right", "right %", "mean confidence %"]);
     for (low, high) in [(0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 0.99), (0.99, 1.01)] {
         let bin: Vec<&Case> = cases.iter().filter(|c| (low..high).contains(&c.confidence)).collect();
-        let right = bin.iter().filter(|c| c.pose_right && c.type_right).count();
+        let right = bin.iter().filter(|c| c.pose_right && (c.type_right || !c.type_judged)).count();
         let mean = bin.iter().map(|c| f64::from(c.confidence)).sum::<f64>() / bin.len().max(1) as f64;
         all.row(line(format!("{low:.2} to {:.2}", f32::min(high, 1.0)), bin.len(), right, Some(mean)));
     }

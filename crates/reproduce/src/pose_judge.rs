@@ -9,7 +9,8 @@ use scene::{Catalog, CentreHypothesis, Recognised, Segmentation};
 use synth::SynthScene;
 
 /// Heads of [`figures`]' columns, after the first.
-pub const FIGURES: [&str; 8] = ["asked for", "P %", "R %", "E_d mm", "about shift mm", "E_R °", "type %", "s a scene"];
+pub const FIGURES: [&str; 9] =
+    ["asked for", "P %", "R %", "E_d mm", "about shift mm", "E_R °", "type %", "type open", "s a scene"];
 
 /// The blocks of a scene as the metrics want them.
 pub fn truths(made: &SynthScene) -> Vec<TrueBlock> {
@@ -86,7 +87,7 @@ impl Pooled {
     }
 
     /// The cells of [`FIGURES`].
-    pub fn figures(&self) -> [String; 8] {
+    pub fn figures(&self) -> [String; 9] {
         let s = &self.score;
         let number =
             |v: Option<f64>, scale: f64, digits: usize| v.map_or("–".into(), |v| format!("{:.digits$}", v * scale));
@@ -98,6 +99,7 @@ impl Pooled {
             number(s.mean_about_shift_m(), 1e3, 1),
             number(s.mean_rotation_rad().map(f64::to_degrees), 1.0, 2),
             percent(s.type_accuracy()),
+            s.types_open.to_string(),
             format!("{:.2}", self.seconds / self.scenes.max(1) as f64),
         ]
     }
