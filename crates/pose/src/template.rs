@@ -46,6 +46,8 @@ const PAIR_POINTS: usize = 300;
 const CLOUD: usize = 4000;
 /// Samples of a model's inside.
 const INSIDE: usize = 200;
+/// Types whose fields are as fine as asked for; with more, all are coarser.
+const FULL_FIELDS: usize = 10;
 /// Samples that tell types apart.
 const DENSE: usize = 8000;
 
@@ -59,12 +61,21 @@ pub fn templates<'a>(
         return Err(PoseError::NoModels);
     }
     let dense = if catalog.len() > 1 { DENSE } else { 0 };
-    catalog.iter().map(|(id, model)| template(id, model, dense, config, seed)).collect()
+    let cells = field_cells(config.search.field_cells, catalog.len());
+    catalog.iter().map(|(id, model)| template(id, model, cells, dense, config, seed)).collect()
+}
+
+/// Cells along the longest edge of each field, so that the fields of many types take no more memory than those of
+/// [`FULL_FIELDS`].
+fn field_cells(wanted: usize, types: usize) -> usize {
+    let share = (FULL_FIELDS as f32 / types as f32).min(1.0);
+    (wanted as f32 * share.cbrt()) as usize
 }
 
 fn template<'a>(
     id: ModelId,
     model: &'a BlockModel,
+    cells: usize,
     dense: usize,
     config: &PoseConfig,
     seed: SeedTree,
@@ -72,7 +83,7 @@ fn template<'a>(
     let named = |source| PoseError::Mesh { name: model.name.clone(), source };
     model.mesh.check_solid().map_err(named)?;
     let margin_m = 0.3 * model.d_max_m;
-    let field = DistanceField::new(&model.mesh, config.search.field_cells, margin_m).map_err(named)?;
+    let field = DistanceField::new(&model.mesh, cells, margin_m).map_err(named)?;
     let surface = even_surface(model, config.evidence.surface_samples, seed.child("surface", u64::from(id.0)));
     let dense_surface = model.mesh.sample_surface(dense, &mut seed.child("dense", u64::from(id.0)).rng());
     let thesis = config.method == Method::Ppf || config.ppf_hypotheses;
@@ -131,4 +142,19 @@ fn even_surface(model: &BlockModel, count: usize, seed: SeedTree) -> Vec<(Vec3, 
         next = best.1;
     }
     picked
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_types_share_the_memory_of_a_few() {
+        assert_eq!(field_cells(96, 1), 96);
+        assert_eq!(field_cells(96, FULL_FIELDS), 96);
+        for types in [11, 20, 200] {
+            let cells = field_cells(96, types);
+            assert!(types * cells.pow(3) <= FULL_FIELDS * 96_usize.pow(3), "{types} types, {cells} cells");
+        }
+    }
 }
