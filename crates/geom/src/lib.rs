@@ -16,6 +16,7 @@ pub mod normals;
 pub mod observer;
 pub mod plane;
 pub mod point_grid;
+mod raster;
 pub mod sdf;
 pub mod seeds;
 pub mod union;
@@ -26,7 +27,7 @@ pub use cloud::PointCloud;
 pub use convex::ConvexSolid;
 /// A rigid transform; `site_from_block * point` reads right to left.
 pub use glamx::Pose3 as Pose;
-pub use glamx::{DQuat, DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
+pub use glamx::{DMat3, DQuat, DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
 pub use height_map::{CellRect, HeightMap};
 pub use knn::{KnnTable, knn};
 pub use mesh::{MeshError, TriMesh};

@@ -106,15 +106,13 @@ fn step(
     noise_sd_m: f32,
 ) -> (Vec<Vec3>, f32) {
     let radius_m = (0.16 * d_max_m).max(3.0 * sd_m);
-    let grid = PointGrid::new(position, radius_m);
     let normal = geom::normals(position, radius_m, &|_| Vec3::Z);
     // Lines may lie several standard deviations apart before the first round.
     let gate_m = if first { 5.0 * noise_sd_m } else { 4.0 * sd_m + 0.5 * noise_sd_m };
+    let round = Round { grid: PointGrid::new(position, radius_m), entry, lines, radius_m, gate_m, sd_m };
     let sites = thin(position, radius_m).kept;
-    let places: Vec<Place> = sites
-        .par_iter()
-        .filter_map(|&i| place(position[i as usize], normal[i as usize], &grid, entry, lines, radius_m, gate_m, sd_m))
-        .collect();
+    let places: Vec<Place> =
+        sites.par_iter().filter_map(|&i| round.place(position[i as usize], normal[i as usize])).collect();
     let unknowns = 3 * lines;
     let mut a = vec![0.0_f64; unknowns * unknowns];
     let mut b = vec![0.0_f64; unknowns];
@@ -153,39 +151,46 @@ fn step(
     (step, scatter_m)
 }
 
-#[allow(clippy::too_many_arguments)]
-fn place(
-    at: Vec3,
-    normal: Vec3,
-    grid: &PointGrid,
-    entry: &[Option<u16>],
+/// The survey as one round sees it.
+struct Round<'a> {
+    grid: PointGrid,
+    /// Line of each point.
+    entry: &'a [Option<u16>],
     lines: usize,
+    /// Points this near belong to a place.
     radius_m: f32,
+    /// Points further from the local surface are left out.
     gate_m: f32,
+    /// Scatter of one point about the surface.
     sd_m: f32,
-) -> Option<Place> {
-    if normal == Vec3::ZERO {
-        return None;
-    }
-    let mut sum = vec![(0.0_f32, 0.0_f32, 0.0_f32); lines];
-    grid.for_each_within(at, radius_m, |i, p, _| {
-        let height = normal.dot(p - at);
-        if let (true, Some(e)) = (height.abs() < gate_m, entry[i as usize]) {
-            let s = &mut sum[usize::from(e)];
-            *s = (s.0 + 1.0, s.1 + height, s.2 + height * height);
+}
+
+impl Round<'_> {
+    /// What the lines say at a point; `None` where fewer than two measured or there is no normal.
+    fn place(&self, at: Vec3, normal: Vec3) -> Option<Place> {
+        if normal == Vec3::ZERO {
+            return None;
         }
-    });
-    let mut line = Vec::new();
-    let (mut spread, mut count) = (0.0, 0.0);
-    for (e, &(n, h, h2)) in sum.iter().enumerate() {
-        if n >= FEWEST_AT_A_PLACE {
-            let variance = sd_m * sd_m / n + COMMON_SD_M * COMMON_SD_M;
-            line.push((e as u16, h / n, variance.recip()));
-            spread += (h2 - h * h / n).max(0.0);
-            count += n - 1.0;
+        let mut sum = vec![(0.0_f32, 0.0_f32, 0.0_f32); self.lines];
+        self.grid.for_each_within(at, self.radius_m, |i, p, _| {
+            let height = normal.dot(p - at);
+            if let (true, Some(e)) = (height.abs() < self.gate_m, self.entry[i as usize]) {
+                let s = &mut sum[usize::from(e)];
+                *s = (s.0 + 1.0, s.1 + height, s.2 + height * height);
+            }
+        });
+        let mut line = Vec::new();
+        let (mut spread, mut count) = (0.0, 0.0);
+        for (e, &(n, h, h2)) in sum.iter().enumerate() {
+            if n >= FEWEST_AT_A_PLACE {
+                let variance = self.sd_m * self.sd_m / n + COMMON_SD_M * COMMON_SD_M;
+                line.push((e as u16, h / n, variance.recip()));
+                spread += (h2 - h * h / n).max(0.0);
+                count += n - 1.0;
+            }
         }
+        (line.len() >= 2).then(|| Place { normal, line, scatter_m2: spread / count })
     }
-    (line.len() >= 2).then(|| Place { normal, line, scatter_m2: spread / count })
 }
 
 /// Gaussian elimination with the largest pivot; the prior keeps the matrix regular.

@@ -7,7 +7,7 @@
 use crate::stage::{SegmentConfig, hypotheses};
 use crate::tile::LabelledScene;
 use crate::{SegmentError, SegmentModel};
-use geom::{Observer, PointCloud, SeedTree};
+use geom::{DMat3, DVec3, Observer, PointCloud, SeedTree};
 use serde::{Deserialize, Serialize};
 
 /// Distance to a true centre below which a hypothesis is right, d_max.
@@ -83,7 +83,8 @@ impl Confidence {
                     }
                 }
             }
-            let step = solve(h, g);
+            // Positive definite: the pull alone is.
+            let step = (DMat3::from_cols_array_2d(&h).inverse() * DVec3::from_array(g)).to_array();
             // Newton's full step can leap where the classes hardly overlap.
             let longest = step.iter().fold(0.0_f64, |a, s| a.max(s.abs()));
             for i in 0..3 {
@@ -94,24 +95,6 @@ impl Confidence {
             Self { density_at_half: (-w[2] / w[0]).exp() as f32, slope: w[0] as f32, thin: (w[1] as f32).max(0.0) };
         (curve.slope > 0.0 && curve.density_at_half.is_finite() && curve.density_at_half > 0.0).then_some(curve)
     }
-}
-
-/// h · x = g for a positive definite h, by elimination.
-fn solve(mut h: [[f64; 3]; 3], mut g: [f64; 3]) -> [f64; 3] {
-    for i in 0..3 {
-        for j in i + 1..3 {
-            let by = h[j][i] / h[i][i];
-            for k in i..3 {
-                h[j][k] -= by * h[i][k];
-            }
-            g[j] -= by * g[i];
-        }
-    }
-    let mut x = [0.0; 3];
-    for i in (0..3).rev() {
-        x[i] = (g[i] - (i + 1..3).map(|k| h[i][k] * x[k]).sum::<f64>()) / h[i][i];
-    }
-    x
 }
 
 /// Signs and rightness of every hypothesis the network makes on the scenes.

@@ -1,5 +1,6 @@
 //! From a cloud to instances and centre hypotheses.
 
+mod all_scales;
 pub mod calibration;
 mod embedding_clusters;
 pub mod error;
@@ -16,6 +17,7 @@ mod shipped;
 pub mod stage;
 pub mod tile;
 pub mod train;
+mod vote_instances;
 mod vote_peaks;
 
 pub use calibration::Confidence;

@@ -4,18 +4,17 @@
 //! several neighbours), run the network, gather votes, find their modes. Modes that are far enough apart and dense
 //! enough become instances; all of them go on as hypotheses. Everything is in units of d_max, which the catalogue gives.
 
-use crate::calibration::{Confidence, Signs};
+use crate::all_scales::{AtScale, Found, Hypothesis};
+use crate::calibration::Signs;
 use crate::embedding_clusters::{Clusters, cluster};
 use crate::fpcc_batches::cluster_pieces;
-use crate::infer::{Prediction, predict};
+use crate::infer::predict;
 use crate::network::{Network, NetworkConfig};
-use crate::vote_peaks::{Peak, Vote, peaks, suppressed, weight};
+use crate::vote_instances::{Pass, by_votes, modes};
 use crate::{SegmentError, SegmentModel};
-use geom::{Event, Observer, PointCloud, PointGrid, SeedTree, Thinned, Vec3, Warning, thin};
+use geom::{Event, Observer, PointCloud, SeedTree, Vec3, Warning, thin};
 use rand::RngExt;
-use rayon::prelude::*;
-use scene::{Catalog, CentreHypothesis, Segmentation};
-use std::collections::BTreeMap;
+use scene::{Catalog, Segmentation};
 
 /// How points become instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -71,9 +70,6 @@ impl Default for SegmentConfig {
 
 /// Sizes closer than this share one run of the network.
 const SAME_SIZE: f32 = 1.3;
-
-/// Points a thread labels at a time.
-const JUDGED_TOGETHER: usize = 8192;
 
 /// Labels every point of the cloud. Hypotheses come best first; instances are the first of them.
 pub fn segment(
@@ -159,27 +155,6 @@ impl Progress<'_> {
     }
 }
 
-/// What one scale found, metres.
-struct AtScale {
-    hypotheses: Vec<Hypothesis>,
-    /// Per point: label (an index into `hypotheses`) and confidence.
-    label: Vec<Option<(u32, f32)>>,
-}
-
-struct Hypothesis {
-    centre: Vec3,
-    score: f32,
-    instance: bool,
-    points: Vec<u32>,
-}
-
-/// A thinning with what the network says of it.
-struct Pass {
-    thinned: Thinned,
-    prediction: Prediction,
-    position: Vec<Vec3>,
-}
-
 fn at_scale(
     cloud: &PointCloud,
     unit_m: f32,
@@ -255,98 +230,6 @@ fn run_passes(
     Ok(runs.map(|((thinned, prediction), position)| Pass { thinned, prediction, position }).collect())
 }
 
-/// The modes of all passes' votes, densest first.
-fn modes(runs: &[Pass]) -> Vec<(Peak, Signs)> {
-    let share = 1.0 / runs.len() as f32;
-    let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(share)).collect();
-    let grids: Vec<PointGrid> = runs.iter().map(|r| PointGrid::new(&r.position, 1.0)).collect();
-    let around = |peak: &Peak| {
-        let mut count = 0_u32;
-        for grid in &grids {
-            grid.for_each_within(peak.at, 1.0, |_, _, _| count += 1);
-        }
-        share * count as f32
-    };
-    let found = peaks(&votes);
-    found.par_iter().map(|peak| (*peak, Signs { density: peak.density, around: around(peak) })).collect()
-}
-
-fn by_votes(runs: &[Pass], points: usize, unit_m: f32, confidence: Confidence, config: &SegmentConfig) -> AtScale {
-    let scored: Vec<(Peak, f32)> = modes(runs)
-        .into_iter()
-        .map(|(peak, signs)| (peak, confidence.of(&signs)))
-        .filter(|(_, score)| *score >= config.least_score)
-        .collect();
-    let apart = suppressed(scored.iter().map(|s| s.0).collect(), config.instance_spacing);
-    let mut hypotheses: Vec<Hypothesis> = scored
-        .iter()
-        .map(|&(peak, score)| Hypothesis {
-            centre: peak.at * unit_m,
-            score,
-            instance: score >= config.least_instance_score && apart.contains(&peak),
-            points: Vec::new(),
-        })
-        .collect();
-    let centres: Vec<Vec3> = scored.iter().map(|s| s.0.at).collect();
-    let grid = PointGrid::new(&centres, config.reach);
-    // Every pass says which hypotheses a point could belong to, through the vote of the point that stood for it.
-    let judge = |i: usize, members: &mut Vec<(u32, u32)>| {
-        let mut support: Vec<(u32, f32)> = Vec::new();
-        let mut total = 0.0;
-        for run in runs {
-            let at = run.thinned.cell_of_point[i] as usize;
-            let p = &run.prediction;
-            let w = weight(p.block[at], p.error[at]).max(1e-6);
-            total += w;
-            if p.block[at] < config.least_block {
-                continue;
-            }
-            let (mut nearest, mut nearest_instance) = ((f32::INFINITY, u32::MAX), (f32::INFINITY, u32::MAX));
-            grid.for_each_within(p.vote[at], config.reach, |h, _, d2| {
-                if (d2, h) < nearest {
-                    nearest = (d2, h);
-                }
-                if (d2, h) < nearest_instance && hypotheses[h as usize].instance {
-                    nearest_instance = (d2, h);
-                }
-            });
-            if nearest_instance.1 != u32::MAX {
-                match support.iter_mut().find(|s| s.0 == nearest_instance.1) {
-                    Some(s) => s.1 += w,
-                    None => support.push((nearest_instance.1, w)),
-                }
-            }
-            if nearest.1 != u32::MAX && !hypotheses[nearest.1 as usize].instance {
-                members.push((nearest.1, i as u32));
-            }
-        }
-        // The most supported; of equals the better hypothesis.
-        let best = support.into_iter().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-        best.map(|(h, w)| (h, w / total))
-    };
-    let mut label = vec![None; points];
-    let found: Vec<Vec<(u32, u32)>> = label
-        .par_chunks_mut(JUDGED_TOGETHER)
-        .enumerate()
-        .map(|(chunk, label)| {
-            let mut members = Vec::new();
-            for (slot, label) in label.iter_mut().enumerate() {
-                *label = judge(chunk * JUDGED_TOGETHER + slot, &mut members);
-            }
-            members
-        })
-        .collect();
-    let mut members: Vec<Vec<u32>> = vec![Vec::new(); hypotheses.len()];
-    for (h, i) in found.into_iter().flatten() {
-        members[h as usize].push(i);
-    }
-    for (h, points) in hypotheses.iter_mut().zip(members) {
-        h.points = points;
-        h.points.dedup();
-    }
-    AtScale { hypotheses, label }
-}
-
 fn by_embedding(clusters: &Clusters, run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
     let hypotheses = clusters
         .centres
@@ -366,82 +249,6 @@ fn by_embedding(clusters: &Clusters, run: &Pass, points: usize, unit_m: f32, con
         })
         .collect();
     AtScale { hypotheses, label }
-}
-
-impl Pass {
-    fn votes(&self, share: f32) -> impl Iterator<Item = Vote> + '_ {
-        let p = &self.prediction;
-        (0..p.vote.len()).map(move |i| Vote { at: p.vote[i], weight: share * weight(p.block[i], p.error[i]) })
-    }
-}
-
-/// Everything found at all scales.
-#[derive(Default)]
-struct Found {
-    scales: Vec<AtScale>,
-}
-
-impl Found {
-    fn add(&mut self, scale: AtScale) {
-        self.scales.push(scale);
-    }
-
-    /// One list: instances with points first, best first. A point takes the surest label of any scale.
-    fn into_segmentation(self, points: usize) -> Segmentation {
-        let mut label: Vec<Option<(usize, u32, f32)>> = vec![None; points];
-        for (s, scale) in self.scales.iter().enumerate() {
-            for (slot, l) in label.iter_mut().zip(&scale.label) {
-                if let Some((h, confidence)) = *l
-                    && slot.is_none_or(|best| {
-                        let score = |s: usize, h: u32, c: f32| self.scales[s].hypotheses[h as usize].score * c;
-                        score(s, h, confidence) > score(best.0, best.1, best.2)
-                    })
-                {
-                    *slot = Some((s, h, confidence));
-                }
-            }
-        }
-        let mut order: Vec<(usize, u32)> = Vec::new();
-        let mut count: BTreeMap<(usize, u32), u32> = BTreeMap::new();
-        for &(s, h, _) in label.iter().flatten() {
-            *count.entry((s, h)).or_default() += 1;
-        }
-        for (s, scale) in self.scales.iter().enumerate() {
-            order.extend((0..scale.hypotheses.len() as u32).map(|h| (s, h)));
-        }
-        let of = |&(s, h): &(usize, u32)| &self.scales[s].hypotheses[h as usize];
-        let is_instance = |key: &(usize, u32)| of(key).instance && count.contains_key(key);
-        order.sort_by(|a, b| {
-            is_instance(b).cmp(&is_instance(a)).then(of(b).score.total_cmp(&of(a).score)).then(a.cmp(b))
-        });
-        let instances = order.iter().filter(|k| is_instance(k)).count();
-        let number: BTreeMap<(usize, u32), u32> =
-            order.iter().take(instances).enumerate().map(|(i, k)| (*k, i as u32 + 1)).collect();
-        let mut hypotheses: Vec<CentreHypothesis> = order
-            .iter()
-            .map(|k| CentreHypothesis { centre: of(k).centre, score: of(k).score, points: of(k).points.clone() })
-            .collect();
-        let mut result = Segmentation {
-            instance: vec![0; points],
-            confidence: vec![0.0; points],
-            hypotheses: Vec::new(),
-            instances,
-        };
-        for h in hypotheses.iter_mut().take(instances) {
-            h.points.clear();
-        }
-        for (i, l) in label.iter().enumerate() {
-            if let Some((s, h, confidence)) = l
-                && let Some(&n) = number.get(&(*s, *h))
-            {
-                result.instance[i] = n;
-                result.confidence[i] = confidence.clamp(0.0, 1.0);
-                hypotheses[n as usize - 1].points.push(i as u32);
-            }
-        }
-        result.hypotheses = hypotheses;
-        result
-    }
 }
 
 impl SegmentConfig {

@@ -163,7 +163,8 @@ pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
         summary["recognised_blocks"], summary["not_judged_blocks"], summary["points"]
     ));
     if let Some(open @ 1..) = summary["types_not_judged"].as_u64() {
-        terminal.say(format!("{open} of the recognised are stated with their type not judged"));
+        terminal
+            .say(format!("{open} of them have a pose, but their type is not judged: `type_judged` = no in blocks.csv"));
     }
     terminal.say(format!(
         "fitting error {}, matching rate {} (within {:.1} mm of a block)",

@@ -2,14 +2,16 @@
 
 use super::{TrainConfig, optimiser};
 use crate::SegmentError;
+use crate::fpccv2::FpccV2;
 use crate::loss::LossReport;
 use crate::model::SegmentModel;
-use crate::network::{Learner, NetworkConfig};
+use crate::network::Learner;
 use crate::tile::Targets;
+use net::burn::module::Module;
 use net::burn::tensor::Device;
 
-/// Trains from `model` on `tile` alone at a constant `rate`, one replica on the calling thread. Calls `done` after every
-/// step with the loss before it; stops when `done` says false.
+/// Trains FPCCv2 from `model` on `tile` alone at a constant `rate`, one replica on the calling thread. Calls `done` after
+/// every step with the loss before it; stops when `done` says false. Errors: a model of another network.
 pub fn train_on_tile(
     model: &SegmentModel,
     tile: &Targets,
@@ -17,21 +19,10 @@ pub fn train_on_tile(
     rate: f64,
     done: &mut dyn FnMut(&LossReport) -> bool,
 ) -> Result<(), SegmentError> {
-    match config.network {
-        NetworkConfig::FpccV2(_) => repeat::<crate::fpccv2::FpccV2>(model, tile, config, rate, done),
-        NetworkConfig::Fpcc(_) => repeat::<crate::fpcc::Fpcc>(model, tile, config, rate, done),
-    }
-}
-
-fn repeat<L: Learner>(
-    model: &SegmentModel,
-    tile: &Targets,
-    config: &TrainConfig,
-    rate: f64,
-    done: &mut dyn FnMut(&LossReport) -> bool,
-) -> Result<(), SegmentError> {
     let device = Device::flex().autodiff();
-    let mut network = L::fresh(&config.network, &device).expect("chosen by this very configuration");
+    let fresh = FpccV2::fresh(&config.network, &device);
+    let stranger = || SegmentError::Description("it does not describe a `fpccv2` network".into());
+    let mut network = fresh.ok_or_else(stranger)?;
     network.take(model)?;
     let mut optimiser = optimiser(config);
     loop {
