@@ -1,12 +1,25 @@
 //! A depth camera sees the bin too: its floor and walls, and what lies beyond them, go before the network.
 
 use geom::plane::find_walls;
-use geom::{Event, Observer, SeedTree, Vec3};
+use geom::{Event, Observer, Plane, SeedTree, Vec3};
 use scene::{Catalog, Recognised, Segmentation, SensorKind, Survey};
 use serde::{Deserialize, Serialize};
 
 /// How far from a wall's plane points are still of the wall, in units of the smallest d_max.
 const WALL_THICKNESS: f32 = 0.08;
+
+/// A plane shorter than this, in units of the largest d_box, may be the side of a part: statues lying side by side have
+/// backs that look like walls.
+const WALL_LENGTH: f32 = 1.25;
+
+/// How far the points of a wall reach, metres: twice the distance from their middle that hardly any exceeds.
+fn length_m(wall: &Plane, points: &[Vec3], thickness_m: f32) -> f32 {
+    let on: Vec<Vec3> = points.iter().copied().filter(|&p| wall.distance_m(p).abs() <= thickness_m).collect();
+    let middle = on.iter().copied().sum::<Vec3>() / on.len().max(1) as f32;
+    let mut far: Vec<f32> = on.iter().map(|p| (*p - middle).length()).collect();
+    far.sort_by(f32::total_cmp);
+    2.0 * far.get(far.len() * 98 / 100).copied().unwrap_or(0.0)
+}
 
 /// What goes before the network.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,7 +61,9 @@ impl Foreground {
         }
         let thickness_m = WALL_THICKNESS * smallest_m;
         let points = &survey.cloud.position_m;
-        let walls = find_walls(points, thickness_m, seed);
+        let largest_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
+        let mut walls = find_walls(points, thickness_m, seed);
+        walls.retain(|wall| length_m(wall, points, thickness_m) > WALL_LENGTH * largest_m);
         if walls.is_empty() {
             return everything();
         }
@@ -84,5 +99,37 @@ impl Foreground {
             segmentation.confidence = confidence;
         }
         crate::Recognition { segmentation, blocks }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geom::{PointCloud, Silent};
+    use scene::Shape;
+
+    fn plate(edge_m: f32) -> Vec<Vec3> {
+        let at = |i: usize| (i as f32 + 0.5) / 60.0 * edge_m;
+        (0..3600).map(|i| Vec3::new(at(i % 60), at(i / 60), 0.0)).collect()
+    }
+
+    /// Four fifths of a scene of figures were once taken for the floor and walls of a bin that was not there.
+    #[test]
+    fn a_plane_no_longer_than_a_part_is_no_wall() {
+        let cube = blocks::shape_model("part", Shape::Cube { size: 1.0 }, 2300.0).unwrap();
+        let catalog = Catalog::new(vec![cube]);
+        let left = |edge_m: f32| {
+            let mut points = plate(edge_m);
+            points.extend((0..400).map(|i| Vec3::new(0.3, 0.3, 0.5 + 0.001 * i as f32)));
+            let survey = Survey {
+                cloud: PointCloud::from_positions(points),
+                sensor: SensorKind::DepthCamera,
+                ..Default::default()
+            };
+            let config = BackgroundConfig::default();
+            Foreground::of(&survey, &catalog, &config, SeedTree::new(1), &Silent).survey.cloud.len()
+        };
+        assert_eq!(left(0.8), 4000);
+        assert_eq!(left(4.0), 400);
     }
 }
