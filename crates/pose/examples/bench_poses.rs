@@ -5,7 +5,8 @@
 //! `degraded` (what a network gives: two centres a block off by 0.15 d_max, a fifth false, a quarter of the points
 //! foreign) or `none` (no segmentation at all), and KEY=VALUE sets a key of the stage's configuration.
 //! With DUMP=FILE in the environment the segments, truths and the stage's own result go to a JSON file, which
-//! `tools/oracle/peers_poses.py` gives to other programs. VERBOSE=1 explains every mistake.
+//! `tools/oracle/peers_poses.py` gives to other programs. VERBOSE=1 explains every mistake. With STRANGERS=1 only the first
+//! type is searched for: the others are blocks that stand in the pile and in no catalogue.
 
 use geom::{Event, Observer, SeedTree, Vec3};
 use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
@@ -35,7 +36,10 @@ fn main() {
         std::process::exit(2);
     };
     let config = config(settings);
-    let (catalog, recipe) = if shapes.ends_with(".toml") { of_recipe(shapes) } else { plain(shapes, noise, density) };
+    let (piled, recipe) = if shapes.ends_with(".toml") { of_recipe(shapes) } else { plain(shapes, noise, density) };
+    let strangers = std::env::var_os("STRANGERS").is_some();
+    let known = piled.iter().map(|(_, model)| model.clone()).take(if strangers { 1 } else { piled.len() });
+    let catalog = Catalog::new(known.collect());
     // On a survey without points the stage only prepares its models.
     let cpu = cpu_s();
     let nothing = Segmentation::default();
@@ -52,7 +56,7 @@ fn main() {
             Ok(seed) => SeedTree::new(seed.parse().expect("SEED is a number")).child(&recipe.name, n),
             Err(_) => SeedTree::new(20_261).child("held-out", n),
         };
-        let made = match synth::scene(&recipe, &catalog, seed) {
+        let made = match synth::scene(&recipe, &piled, seed) {
             Ok(made) => made,
             Err(e) => {
                 eprintln!("scene {n}: {e}");
@@ -60,8 +64,8 @@ fn main() {
             }
         };
         let segmentation = match segments.as_str() {
-            "true" => true_segments(&made, &catalog),
-            "degraded" => degraded(&made, &catalog, seed.child("degrade", 0)),
+            "true" => true_segments(&made, &piled),
+            "degraded" => degraded(&made, &piled, seed.child("degrade", 0)),
             _ => Segmentation {
                 instance: vec![0; made.instance.len()],
                 confidence: vec![0.0; made.instance.len()],
@@ -81,6 +85,7 @@ fn main() {
             .blocks
             .iter()
             .zip(&made.occlusion)
+            .filter(|(placed, _)| (placed.model.0 as usize) < catalog.len())
             .map(|(&placed, &occlusion)| TrueBlock { placed, occlusion })
             .collect();
         let score = score_poses(&found, &truths, &catalog, &PoseCriteria::default());

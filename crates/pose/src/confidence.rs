@@ -24,15 +24,21 @@ pub struct Signs {
     pub shift_sd: f32,
     /// Largest standard deviation of a turn over a true positive's limit.
     pub turn_sd: f32,
+    /// Mean distance of its points over what is usual in this survey, nearer to 1 where they are few.
+    pub rough: f32,
+    /// How well another pose explains its own points, over how well this one does.
+    pub rival: f32,
     /// By how many nats the type beats the next; infinite with one type.
     pub type_margin: f32,
 }
 
 /// Numbers of [`Signs::features`].
-pub const FEATURES: usize = 8;
+pub const FEATURES: usize = 10;
 
 /// Fitted weights of the features; the first is the constant's.
-const WEIGHTS: [f32; FEATURES] = [-6.865, 0.081, 1.683, 1.111, 5.597, -1.545, -6.307, -1.952];
+const WEIGHTS: [f32; FEATURES] = [-13.959, 0.096, 5.110, 5.317, 9.649, -0.499, -8.375, -0.919, -15.760, -6.235];
+/// Other poses explain this much of most well held blocks' points too.
+const RIVAL_FREE: f32 = 0.5;
 /// How much of a nat of type margin is a fact: points err together, sensors have biases. Fitted by hand to cubes and
 /// tetrapods 6 % apart: of 31 cubes below 10 nats 17 had the right type, of 24 from 10 to 20 18, of 110 above all.
 const TYPE_SLOPE: f32 = 0.1;
@@ -51,6 +57,8 @@ impl Signs {
             self.against.clamp(0.0, 2.0),
             self.shared.clamp(0.0, 0.5),
             self.turn_sd.max(self.shift_sd).max(0.02).ln().clamp(-3.0, 1.0),
+            self.rough.max(1e-3).ln().clamp(0.0, 1.5),
+            (self.rival - RIVAL_FREE).clamp(0.0, 0.7),
         ]
     }
 }
@@ -82,6 +90,8 @@ mod tests {
             shared: 0.05,
             shift_sd: 0.1,
             turn_sd: 0.5,
+            rough: 1.5,
+            rival: 0.8,
             type_margin: 5.0,
         };
         let base = confidence(&plain);
@@ -93,6 +103,8 @@ mod tests {
             Signs { against: 0.1, ..plain },
             Signs { shared: 0.0, ..plain },
             Signs { turn_sd: 0.3, ..plain },
+            Signs { rough: 1.2, ..plain },
+            Signs { rival: 0.55, ..plain },
         ] {
             assert!(confidence(&better) > base, "{better:?}");
         }

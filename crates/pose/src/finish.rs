@@ -1,11 +1,12 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
-use crate::acceptance::{Candidate, overlap_tolerance_m};
+use crate::acceptance::Candidate;
 use crate::confidence::{Signs, confidence, type_confidence};
-use crate::evidence::{reach_m, shared_inside, weigh};
+use crate::evidence::reach_m;
 use crate::fattening::{Fattening, residuals};
 use crate::fit::{CentredPose, FitPoint, covariance, fit};
 use crate::measured::Measured;
+use crate::signs::Company;
 use crate::template::Template;
 use crate::types::decide;
 use crate::{EvidenceConfig, Method, PoseConfig};
@@ -67,7 +68,8 @@ pub fn members(labels: &[u32], blocks: usize) -> Vec<Vec<u32>> {
     members
 }
 
-fn fit_points(survey: &Survey, measured: &Measured, index: &[u32]) -> Vec<FitPoint> {
+/// The survey points of a list, or an even part of a long one, as the fit wants them.
+pub fn fit_points(survey: &Survey, measured: &Measured, index: &[u32]) -> Vec<FitPoint> {
     let stride = index.len().div_ceil(MOST_POINTS).max(1);
     let working = |i: u32| measured.thinned.owner[i as usize] as usize;
     index
@@ -130,8 +132,8 @@ pub fn refine(
 pub fn statement(
     survey: &Survey,
     block: &Accepted,
-    others: &[Accepted],
     points: Vec<u32>,
+    company: &Company,
     templates: &[Template],
     measured: &Measured,
     config: &EvidenceConfig,
@@ -139,15 +141,10 @@ pub fn statement(
     let template = &templates[block.template];
     let model = template.model;
     let sample = fit_points(survey, measured, &points);
-    let distance = |template: &Template, at: &CentredPose| {
-        let block_from_site = at.pose(template.model.centre).inverse();
-        let sum: f64 =
-            sample.iter().map(|p| f64::from(template.field.distance_m(block_from_site * p.position).abs())).sum();
-        (sum / sample.len().max(1) as f64) as f32
-    };
+    let distance = |template: &Template, at: &CentredPose| distance_m(template, at, &sample);
     let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
     let occlusion = 1.0 - visible_share(template, &block.at, measured);
-    let signs = signs(block, &points, covariance.as_ref(), others, templates, measured, config);
+    let signs = company.signs(block, &points, distance(template, &block.at), covariance.as_ref(), config);
     let type_confidence = type_confidence(&signs);
     let type_judged = type_confidence >= config.min_type_confidence;
     // What is not stated cannot be wrong: the type counts where it is judged.
@@ -170,49 +167,12 @@ pub fn statement(
     (statement, signs)
 }
 
-/// What speaks for and against the block as it is stated: at its final pose, on its own points.
-fn signs(
-    block: &Accepted,
-    points: &[u32],
-    covariance: Option<&[f32; 36]>,
-    others: &[Accepted],
-    templates: &[Template],
-    measured: &Measured,
-    config: &EvidenceConfig,
-) -> Signs {
-    let template = &templates[block.template];
-    let case = weigh(template, &block.at, measured, config);
-    let own = measured.working(points);
-    let (mut area_m2, mut weight, mut count) = (0.0, 0.0, 0);
-    for &(i, w) in &case.explained {
-        if own.binary_search(&i).is_ok() {
-            area_m2 += measured.point_area_m2 * w;
-            weight += w;
-            count += 1;
-        }
-    }
-    let sd = |k: std::ops::Range<usize>| {
-        covariance.map_or(f32::INFINITY, |c| k.map(|i| c[i * 7].max(0.0).sqrt()).fold(0.0, f32::max))
-    };
-    let shared = others
-        .iter()
-        .filter(|o| !std::ptr::eq(*o, block) && o.gain > block.gain)
-        .map(|o| {
-            let other = &templates[o.template];
-            shared_inside((other, &o.at), (template, &block.at), overlap_tolerance_m(measured, template))
-        })
-        .fold(0.0, f32::max);
-    Signs {
-        area: area_m2 / case.unit_m2,
-        fit: weight / (count as f32).max(1.0),
-        own: count as f32 / (case.explained.len() as f32).max(1.0),
-        agreement: case.agreement,
-        against: case.against_m2 / area_m2.max(1e-6),
-        shared,
-        shift_sd: sd(0..3) / (0.1 * template.model.d_box_m),
-        turn_sd: sd(3..6) / 5.0_f32.to_radians(),
-        type_margin: block.type_margin,
-    }
+/// Mean distance of the points from the block's surface, metres.
+pub fn distance_m(template: &Template, at: &CentredPose, points: &[FitPoint]) -> f32 {
+    let block_from_site = at.pose(template.model.centre).inverse();
+    let sum: f64 =
+        points.iter().map(|p| f64::from(template.field.distance_m(block_from_site * p.position).abs())).sum();
+    (sum / points.len().max(1) as f64) as f32
 }
 
 /// Share of the model's surface samples with a working point close by (Eq. 3.14 from the measured side).

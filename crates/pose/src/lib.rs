@@ -19,6 +19,7 @@ mod measured;
 mod recognise;
 mod search;
 mod sight;
+mod signs;
 mod template;
 mod thesis;
 mod types;

@@ -7,7 +7,7 @@ use crate::fit::FitPoint;
 use crate::sight::Sight;
 use geom::point_grid::{Thinned, thin};
 use geom::{Bounds, Plane, PointGrid, SeedTree, Vec3, find_plane};
-use scene::Survey;
+use scene::{SensorKind, Survey};
 
 /// The working cloud.
 pub struct Measured {
@@ -67,7 +67,10 @@ impl Measured {
         let everything = PointGrid::new(all, cell_m * 2.0);
         let survey_spacing_m = point_area_of_m2(all, &everything, cell_m).sqrt();
         let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
-        let bed = bed(&position, d_max_m, noise_sd_m, seed);
+        // A depth camera's floor has gone with the bin (`walls`): a plane through what it sees lowest may be the front of
+        // the very parts looked for, and all of them would lie under it.
+        let bed =
+            (survey.sensor != SensorKind::DepthCamera).then(|| bed(&position, d_max_m, noise_sd_m, seed)).flatten();
         let walls = survey.walls.iter().map(|&plane| Bed { plane, relief_m: 0.0 });
         let solid = bed.into_iter().chain(walls).collect();
         Self {
@@ -161,4 +164,24 @@ fn bed(position: &[Vec3], d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Opti
     }
     let square: f32 = low.iter().map(|&p| plane.distance_m(p)).filter(|d| d.abs() <= thickness_m).map(|d| d * d).sum();
     Some(Bed { plane, relief_m: 2.0 * (square / inliers as f32).sqrt() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geom::PointCloud;
+
+    /// The back of a figure was once its own bed, so that every pose of the figure lay under the bed.
+    #[test]
+    fn a_depth_camera_has_no_bed_but_the_bin_it_was_told_of() {
+        let flat = (0..900).map(|i| Vec3::new((i % 30) as f32 * 0.1, (i / 30) as f32 * 0.1, 0.0)).collect();
+        let survey = |sensor| Survey { cloud: PointCloud::from_positions(flat), sensor, ..Default::default() };
+        let mut survey = survey(SensorKind::Uav);
+        let measured = |survey: &Survey| Measured::new(survey, 0.05, 1.0, 0.01, SeedTree::new(1));
+        assert!(measured(&survey).bed.is_some());
+        survey.sensor = SensorKind::DepthCamera;
+        assert!(measured(&survey).solid.is_empty());
+        survey.walls = vec![Plane { normal: Vec3::Z, offset_m: 0.0 }];
+        assert_eq!(measured(&survey).solid.len(), 1);
+    }
 }

@@ -10,6 +10,7 @@ use crate::finish::{Accepted, other_type, refine, statement};
 use crate::levelling::level;
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
+use crate::signs::Company;
 use crate::template::{Template, templates};
 use crate::{Method, Places, PoseConfig, PoseError, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
@@ -243,12 +244,13 @@ impl Stage<'_> {
             })
             .collect();
         let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
+        let company = Company::new(survey, &blocks, &points, &pool, self.templates, self.measured);
         let mut found: Vec<(Recognised, Option<Signs>)> = blocks
             .par_iter()
             .zip(points)
             .map(|(block, points)| {
                 let config = &self.config.evidence;
-                let (block, signs) = statement(survey, block, &blocks, points, self.templates, self.measured, config);
+                let (block, signs) = statement(survey, block, points, &company, self.templates, self.measured, config);
                 (block, Some(signs))
             })
             .collect();

@@ -135,6 +135,27 @@ fn sizes_six_per_cent_apart_are_told_apart() {
     assert!(found.iter().filter(|r| r.judgement == Judgement::Accepted).all(|r| r.runner_up.is_some()));
 }
 
+/// Of a mixed pile of which the catalogue knew one type, the blocks of the others were once stated as that type.
+#[test]
+fn blocks_of_no_catalogue_are_not_stated() {
+    let piled = catalog(&[Shape::Dolos { size: 2.0 }, Shape::Tetrapod { size: 2.0 }]);
+    let known = catalog(&[Shape::Dolos { size: 2.0 }]);
+    let made = pile(&piled, 0.01, 16);
+    let found = run(&made, &segments(&made, &piled), &known, &PoseConfig::default());
+    let truths: Vec<TrueBlock> = made
+        .scene
+        .blocks
+        .iter()
+        .zip(&made.occlusion)
+        .filter(|(placed, _)| placed.model.0 == 0)
+        .map(|(&placed, &occlusion)| TrueBlock { placed, occlusion })
+        .collect();
+    assert!(truths.len() >= 2 && truths.len() + 2 <= made.scene.blocks.len(), "a pile of both");
+    let score = score_poses(&found, &truths, &known, &PoseCriteria::default());
+    assert_eq!((score.counts.false_positives, score.counts.false_negatives), (0, 0), "{score:?}");
+    assert!(found.iter().any(|r| r.judgement == Judgement::NotJudged), "strangers are reported, not passed over");
+}
+
 #[test]
 fn the_thesis_way_works_on_true_segments_and_in_windows() {
     let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);

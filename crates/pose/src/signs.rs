@@ -1,0 +1,130 @@
+//! The signs of an accepted block: what speaks for and against it in the company it is stated in.
+//!
+//! In: the accepted blocks at their final poses with their points, and every candidate there was. Out: the numbers that
+//! the confidence is a function of.
+
+use crate::EvidenceConfig;
+use crate::acceptance::{Candidate, overlap_tolerance_m};
+use crate::confidence::Signs;
+use crate::evidence::{Evidence, shared_inside, weigh};
+use crate::finish::{Accepted, distance_m, fit_points};
+use crate::measured::Measured;
+use crate::template::Template;
+use rayon::prelude::*;
+use scene::Survey;
+
+/// A pose this far from the stated one, over a true positive's limits, is another pose and not the same one unrefined.
+const ANOTHER: f32 = 1.5;
+
+/// With this many points half is believed of how far they lie off: those of one beam or one pass err together.
+const FEW: f32 = 100.0;
+
+/// Everything a block is compared with.
+pub struct Company<'a> {
+    blocks: &'a [Accepted],
+    pool: &'a [Candidate],
+    templates: &'a [Template<'a>],
+    measured: &'a Measured,
+    /// How far points lie from the blocks of this survey, metres: the median, each block counted by what it explains.
+    typical_m: f32,
+}
+
+impl<'a> Company<'a> {
+    /// `points`: survey points of each block.
+    pub fn new(
+        survey: &Survey,
+        blocks: &'a [Accepted],
+        points: &[Vec<u32>],
+        pool: &'a [Candidate],
+        templates: &'a [Template<'a>],
+        measured: &'a Measured,
+    ) -> Self {
+        let mut off: Vec<(f32, f32)> = blocks
+            .par_iter()
+            .zip(points)
+            .map(|(block, own)| {
+                let sample = fit_points(survey, measured, own);
+                (distance_m(&templates[block.template], &block.at, &sample), block.gain.max(0.0))
+            })
+            .collect();
+        off.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let half = 0.5 * off.iter().map(|o| o.1).sum::<f32>();
+        let mut sum = 0.0;
+        let middle = off.iter().find(|o| {
+            sum += o.1;
+            sum >= half
+        });
+        let typical_m = middle.map_or(0.0, |o| o.0).max(1e-6);
+        Self { blocks, pool, templates, measured, typical_m }
+    }
+
+    /// The signs of a block at its final pose, on its own points, from which the surface is off by `distance_m`.
+    pub fn signs(
+        &self,
+        block: &Accepted,
+        points: &[u32],
+        distance_m: f32,
+        covariance: Option<&[f32; 36]>,
+        config: &EvidenceConfig,
+    ) -> Signs {
+        let template = &self.templates[block.template];
+        let case = weigh(template, &block.at, self.measured, config);
+        let own = self.measured.working(points);
+        let (mut area_m2, mut weight, mut count) = (0.0, 0.0, 0);
+        for &(i, w) in &case.explained {
+            if own.binary_search(&i).is_ok() {
+                area_m2 += self.measured.point_area_m2 * w;
+                weight += w;
+                count += 1;
+            }
+        }
+        let sd = |k: std::ops::Range<usize>| {
+            covariance.map_or(f32::INFINITY, |c| k.map(|i| c[i * 7].max(0.0).sqrt()).fold(0.0, f32::max))
+        };
+        Signs {
+            area: area_m2 / case.unit_m2,
+            fit: weight / (count as f32).max(1.0),
+            own: count as f32 / (case.explained.len() as f32).max(1.0),
+            agreement: case.agreement,
+            against: case.against_m2 / area_m2.max(1e-6),
+            shared: self.shared(block),
+            shift_sd: sd(0..3) / (0.1 * template.model.d_box_m),
+            turn_sd: sd(3..6) / 5.0_f32.to_radians(),
+            rough: (distance_m / self.typical_m).powf(count as f32 / (count as f32 + FEW)),
+            rival: self.rival(block, &case, &own),
+            type_margin: block.type_margin,
+        }
+    }
+
+    /// Share of the block's inside within a block that was accepted before it.
+    fn shared(&self, block: &Accepted) -> f32 {
+        let template = &self.templates[block.template];
+        let tolerance_m = overlap_tolerance_m(self.measured, template);
+        self.blocks
+            .iter()
+            .filter(|o| !std::ptr::eq(*o, block) && o.gain > block.gain)
+            .map(|o| shared_inside((&self.templates[o.template], &o.at), (template, &block.at), tolerance_m))
+            .fold(0.0, f32::max)
+    }
+
+    /// How well the best other pose of the same type explains the block's own points, over how well the stated one does.
+    /// Near 1 where the points do not tell one from the other: a cube of which one face and no edge is seen.
+    fn rival(&self, block: &Accepted, case: &Evidence, own: &[u32]) -> f32 {
+        let template = &self.templates[block.template];
+        let (shift_m, turn_rad) = (ANOTHER * 0.1 * template.model.d_box_m, ANOTHER * 5.0_f32.to_radians());
+        let worth = |e: &Evidence| {
+            let explained: f32 = e.explained.iter().filter(|x| own.binary_search(&x.0).is_ok()).map(|x| x.1).sum();
+            explained * e.point_area_m2 - e.against_m2
+        };
+        let stated = worth(case);
+        let best = self
+            .pool
+            .iter()
+            .filter(|c| c.template == block.template)
+            .filter(|c| (c.at.centre - block.at.centre).length() < template.model.d_max_m)
+            .filter(|c| !template.same(&c.at, &block.at, shift_m, turn_rad))
+            .map(|c| worth(&c.evidence))
+            .fold(0.0, f32::max);
+        if stated > 0.0 { best / stated } else { f32::INFINITY }
+    }
+}
