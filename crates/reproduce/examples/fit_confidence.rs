@@ -1,7 +1,7 @@
-//! Fits the confidence of weights anew on scenes of the six sets: `fit_confidence MODEL OUT [SEED] [SCENES]`.
+//! Fits the width of the votes' kernel and the confidence of weights anew on scenes of the six sets: `fit_confidence MODEL OUT [SEED] [SCENES]`.
 
 use geom::{SeedTree, Silent};
-use segment::calibration::{Confidence, signs_and_truth};
+use segment::calibration::Evidence;
 use segment::tile::LabelledScene;
 use segment::{SegmentModel, scales};
 
@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut model = SegmentModel::load(model.as_ref())?;
     let seed: u64 = args.get(3).map_or(Ok(700_001), |s| s.parse())?;
     let scenes: u64 = args.get(4).map_or(Ok(4), |s| s.parse())?;
-    let mut seen = Vec::new();
+    let mut seen = Evidence::default();
     for set in reproduce::site_sets()? {
         // Sets of several sizes are seen at the largest; blocks of the others are not asked for.
         let unit_m = scales(&set.catalog)?[0];
@@ -24,12 +24,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 position_m: made.survey.cloud.position_m,
                 unit_m,
             };
-            seen.extend(signs_and_truth(&model, &scene, SeedTree::new(seed).child("fit", index), &Silent)?);
+            seen.add(&model, &scene, SeedTree::new(seed).child("fit", index), &Silent)?;
         }
     }
-    let fitted = Confidence::fit(&seen).ok_or("nothing to fit")?;
-    println!("{} hypotheses, {:?} before, {fitted:?} now", seen.len(), model.description.confidence);
-    model.description.confidence = fitted;
+    for (width, hypotheses, curve, worth) in seen.curves() {
+        println!("width {width}: {hypotheses} hypotheses, area {worth:.1} blocks, {curve:?}");
+    }
+    let fitted = seen.fit().ok_or("nothing to fit")?;
+    println!("{:?} before, {fitted:?} now", model.description.calibration());
+    model.description.calibrate(fitted);
     model.save(out.as_ref())?;
     Ok(())
 }

@@ -1,13 +1,15 @@
-//! From the density of votes to a probability: a logistic curve fitted to scenes the network was not trained on.
-//! Votes are fewer where a survey is thin, an echo sounder's of half hidden blocks for example: the curve knows that too.
+//! How a network's votes are read, learned from scenes it was not trained on: the width of the kernel they gather
+//! under, and a logistic curve from their density to a probability. Votes are fewer where a survey is thin, an echo
+//! sounder's of half hidden blocks for example: the curve knows that too.
 //!
-//! A hypothesis is right when a true centre lies within a quarter of d_max. The curve belongs to the weights — another
-//! network votes more or less sharply — and travels in their file.
+//! A hypothesis is right when a true centre lies within a quarter of d_max. Width and curve belong to the weights —
+//! another network votes more or less sharply — and travel in their file.
 
-use crate::stage::{SegmentConfig, hypotheses};
+use crate::stage::{SegmentConfig, modes_by_width};
 use crate::tile::LabelledScene;
+use crate::vote_peaks::suppressed;
 use crate::{SegmentError, SegmentModel};
-use geom::{DMat3, DVec3, Observer, PointCloud, SeedTree};
+use geom::{DMat3, DVec3, Observer, PointCloud, SeedTree, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Distance to a true centre below which a hypothesis is right, d_max.
@@ -15,6 +17,25 @@ const RIGHT: f32 = 0.25;
 
 /// Thinned points around a centre from which a survey counts as dense there.
 const CROWD: f32 = 200.0;
+
+/// Widths tried, d_max. Votes on a shape that was trained on scatter by 0.1 to 0.2, on others by twice that; blocks
+/// that touch are further apart than 0.7.
+const WIDTHS: [f32; 4] = [0.12, 0.15, 0.19, 0.24];
+
+/// How votes become hypotheses with a confidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// Width of the kernel, d_max.
+    pub vote_width: f32,
+    /// What the density under it is worth.
+    pub confidence: Confidence,
+}
+
+impl Default for Calibration {
+    fn default() -> Self {
+        Self { vote_width: WIDTHS[0], confidence: Confidence::default() }
+    }
+}
 
 /// What speaks for a hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,17 +118,79 @@ impl Confidence {
     }
 }
 
-/// Signs and rightness of every hypothesis the network makes on the scenes.
-pub fn signs_and_truth(
-    model: &SegmentModel,
-    scene: &LabelledScene,
-    seed: SeedTree,
-    observer: &dyn Observer,
-) -> Result<Vec<(Signs, bool)>, SegmentError> {
-    let cloud = PointCloud::from_positions(scene.position_m.clone());
-    let found = hypotheses(&cloud, scene.unit_m, model, &SegmentConfig::default(), seed, observer)?;
-    let right = |p: &geom::Vec3| scene.centre_m.iter().any(|c| (*c - *p).length() < RIGHT * scene.unit_m);
-    Ok(found.iter().map(|(at, signs)| (*signs, right(at))).collect())
+/// What a network makes of scenes it was not trained on, under every width tried.
+#[derive(Debug, Default)]
+pub struct Evidence {
+    by_width: [Seen; WIDTHS.len()],
+}
+
+#[derive(Debug, Default)]
+struct Seen {
+    /// Signs and rightness of every hypothesis.
+    all: Vec<(Signs, bool)>,
+    /// Signs of those far enough apart for instances, and whether each is the first at its true centre.
+    apart: Vec<(Signs, bool)>,
+}
+
+impl Evidence {
+    /// Adds a scene.
+    pub fn add(
+        &mut self,
+        model: &SegmentModel,
+        scene: &LabelledScene,
+        seed: SeedTree,
+        observer: &dyn Observer,
+    ) -> Result<(), SegmentError> {
+        let cloud = PointCloud::from_positions(scene.position_m.clone());
+        let centres: Vec<Vec3> = scene.centre_m.iter().map(|c| *c / scene.unit_m).collect();
+        let near = |at: Vec3| {
+            let found = centres.iter().enumerate().map(|(i, c)| ((*c - at).length(), i));
+            found.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|n| n.0 < RIGHT).map(|n| n.1)
+        };
+        let modes = modes_by_width(&cloud, scene.unit_m, model, &WIDTHS, seed, observer)?;
+        for (seen, modes) in self.by_width.iter_mut().zip(modes) {
+            seen.all.extend(modes.iter().map(|(peak, signs)| (*signs, near(peak.at).is_some())));
+            let apart = suppressed(modes.iter().map(|m| m.0).collect(), SegmentConfig::default().instance_spacing);
+            let mut taken = vec![false; centres.len()];
+            for (peak, signs) in modes.iter().filter(|m| apart.contains(&m.0)) {
+                let first = near(peak.at).is_some_and(|c| !std::mem::replace(&mut taken[c], true));
+                seen.apart.push((*signs, first));
+            }
+        }
+        Ok(())
+    }
+
+    /// Hypotheses seen, and the curve fitted to them, for each width tried.
+    pub fn curves(&self) -> impl Iterator<Item = (f32, usize, Option<Confidence>, f32)> + '_ {
+        WIDTHS.iter().zip(&self.by_width).map(|(&width, seen)| {
+            let curve = Confidence::fit(&seen.all);
+            (width, seen.all.len(), curve, curve.map_or(0.0, |c| seen.worth(&c)))
+        })
+    }
+
+    /// The width whose instances rank best, with its curve; `None` when nothing, or only right or wrong, was seen.
+    pub fn fit(&self) -> Option<Calibration> {
+        let fitted = self.curves().filter_map(|(width, _, curve, worth)| Some((width, curve?, worth)));
+        // Of equals the narrower.
+        let best = fitted.reduce(|best, next| if next.2 > best.2 { next } else { best })?;
+        Some(Calibration { vote_width: best.0, confidence: best.1 })
+    }
+}
+
+impl Seen {
+    /// Area under precision against blocks found, most confident instance first; blocks.
+    fn worth(&self, curve: &Confidence) -> f32 {
+        let mut ranked: Vec<(f32, bool)> = self.apart.iter().map(|(signs, first)| (curve.of(signs), *first)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let (mut found, mut area) = (0.0, 0.0);
+        for (rank, (_, first)) in ranked.iter().enumerate() {
+            if *first {
+                found += 1.0;
+                area += found / (rank + 1) as f32;
+            }
+        }
+        area
+    }
 }
 
 #[cfg(test)]
@@ -129,6 +212,21 @@ mod tests {
         let fit = Confidence::fit(&seen).unwrap();
         assert!((fit.density_at_half / 12.0 - 1.0).abs() < 0.08 && (fit.slope - 1.7).abs() < 0.1, "{fit:?}");
         assert!((fit.thin - 2.5).abs() < 0.25, "{fit:?}");
+    }
+
+    #[test]
+    fn the_width_with_fewer_wrong_instances_ahead_of_right_ones_wins() {
+        let dense = |density| Signs { density, around: 300.0 };
+        let seen = |rows: &[(f32, bool)]| {
+            let rows: Vec<_> = rows.iter().map(|&(d, right)| (dense(d), right)).collect();
+            Seen { all: rows.clone(), apart: rows }
+        };
+        let mixed = || seen(&[(9.0, true), (8.0, false), (7.0, true), (6.0, false), (1.0, false)]);
+        let ordered = seen(&[(9.0, true), (8.0, true), (7.0, false), (6.0, false), (1.0, false)]);
+        let evidence = Evidence { by_width: [mixed(), ordered, mixed(), Seen::default()] };
+        assert_eq!(evidence.fit().unwrap().vote_width, WIDTHS[1]);
+        assert!((mixed().worth(&evidence.fit().unwrap().confidence) - (1.0 + 2.0 / 3.0)).abs() < 1e-6);
+        assert_eq!(Evidence::default().fit(), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A trained network with its description, as one safetensors file.
 
 use crate::SegmentError;
-use crate::calibration::Confidence;
+use crate::calibration::{Calibration, Confidence};
 use crate::network::{Network, NetworkConfig};
 use crate::train::TrainConfig;
 use scene::{BlockModel, Catalog, ShapeSignature};
@@ -23,9 +23,30 @@ pub struct ModelDescription {
     /// Shapes it was trained on; empty: many.
     #[serde(default)]
     pub shapes: Vec<ShapeSignature>,
+    /// Width of the kernel under which votes gather, d_max.
+    #[serde(default = "narrow")]
+    pub vote_width: f32,
     /// What a density of votes is worth.
     #[serde(default)]
     pub confidence: Confidence,
+}
+
+/// For files that state no width.
+fn narrow() -> f32 {
+    Calibration::default().vote_width
+}
+
+impl ModelDescription {
+    /// How votes become hypotheses.
+    pub fn calibration(&self) -> Calibration {
+        Calibration { vote_width: self.vote_width, confidence: self.confidence }
+    }
+
+    /// The same network with its votes read anew.
+    pub fn calibrate(&mut self, calibration: Calibration) {
+        self.vote_width = calibration.vote_width;
+        self.confidence = calibration.confidence;
+    }
 }
 
 /// Weights ready for [`crate::segment`].
@@ -62,6 +83,9 @@ impl SegmentModel {
         }
         if !(description.cell > 0.0 && description.cell.is_finite()) {
             return Err(SegmentError::Description("the network has no cell size".into()));
+        }
+        if !(description.vote_width >= 0.02 && description.vote_width <= 1.0) {
+            return Err(SegmentError::Description("the width of the votes' kernel is not 0.02 to 1 d_max".into()));
         }
         // Before memory is taken: a header of a few lines may claim any width.
         if description.network.matrix_weights() > bytes.len() as u128 {
@@ -105,6 +129,7 @@ impl SegmentModel {
             cell: config.cell,
             steps,
             shapes: config.shapes.clone(),
+            vote_width: narrow(),
             confidence: Confidence::default(),
         };
         Ok(Self { description, network })

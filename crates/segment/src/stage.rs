@@ -11,6 +11,7 @@ use crate::fpcc_batches::cluster_pieces;
 use crate::infer::predict;
 use crate::network::{Network, NetworkConfig};
 use crate::vote_instances::{Pass, by_votes, modes};
+use crate::vote_peaks::Peak;
 use crate::{SegmentError, SegmentModel};
 use geom::{Event, Observer, PointCloud, SeedTree, Vec3, Warning, thin};
 use rand::RngExt;
@@ -183,7 +184,7 @@ fn at_scale(
     let passes = if config.clustering == Clustering::Embedding { 1 } else { config.passes };
     let runs = run_passes(cloud, unit_m, model, config, passes, seed, progress)?;
     Ok(match config.clustering {
-        Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, model.description.confidence, config),
+        Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, model.description.calibration(), config),
         Clustering::Embedding => {
             let run = &runs[0];
             let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
@@ -192,18 +193,19 @@ fn at_scale(
     })
 }
 
-/// Every mode of the votes at one scale with its signs, before any confidence; places in metres.
-pub(crate) fn hypotheses(
+/// Every mode of the votes at one scale with its signs, before any confidence, for each width of the kernel; d_max.
+pub(crate) fn modes_by_width(
     cloud: &PointCloud,
     unit_m: f32,
     model: &SegmentModel,
-    config: &SegmentConfig,
+    widths: &[f32],
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Vec<(Vec3, Signs)>, SegmentError> {
+) -> Result<Vec<Vec<(Peak, Signs)>>, SegmentError> {
     let progress = Progress { observer, points: cloud.len(), part: 0, parts: 1 };
-    let runs = run_passes(cloud, unit_m, model, config, config.passes, seed, &progress)?;
-    Ok(modes(&runs).iter().map(|(peak, signs)| (peak.at * unit_m, *signs)).collect())
+    let config = SegmentConfig::default();
+    let runs = run_passes(cloud, unit_m, model, &config, config.passes, seed, &progress)?;
+    Ok(widths.iter().map(|&width| modes(&runs, width)).collect())
 }
 
 fn run_passes(

@@ -9,7 +9,7 @@ mod picture;
 mod scenes;
 
 use crate::SegmentError;
-use crate::calibration::{Confidence, signs_and_truth};
+use crate::calibration::{Calibration, Evidence};
 use crate::fpcc::Fpcc;
 use crate::fpccv2::FpccV2;
 use crate::loss::{LossConfig, LossReport};
@@ -234,7 +234,8 @@ fn teach<L: Learner>(
     let steps = checkpoint.steps_done()?;
     let mut model = SegmentModel::of_network(network.valid().into_network(), config, steps)?;
     if steps == config.steps && matches!(config.network, NetworkConfig::FpccV2(_)) {
-        model.description.confidence = calibrated(&model, source, config, seed, observer)?;
+        let calibration = calibrated(&model, source, config, seed, observer)?;
+        model.description.calibrate(calibration);
         checkpoint.finish(&model)?;
     }
     Ok(Trained { model, steps, validation })
@@ -248,25 +249,25 @@ fn optimiser(config: &TrainConfig) -> ModuleOptimizer {
         .init()
 }
 
-/// The curve of held-out scenes, others than those of the validation.
+/// How the votes are read best on held-out scenes, others than those of the validation.
 fn calibrated(
     model: &SegmentModel,
     source: &dyn SceneSource,
     config: &TrainConfig,
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Confidence, SegmentError> {
-    let mut seen = Vec::new();
+) -> Result<Calibration, SegmentError> {
+    let mut seen = Evidence::default();
     observer.event(Event::Started { stage: "calibrate", total: config.calibration_scenes });
     for number in 0..config.calibration_scenes {
         let index = config.validation_scenes + number;
         let failed = |message| SegmentError::Scene { index, message };
         let scene = source.scene(Split::Validation, index).map_err(failed)?;
-        seen.extend(signs_and_truth(model, &scene, seed.child("calibrate", index), &Muted(observer))?);
+        seen.add(model, &scene, seed.child("calibrate", index), &Muted(observer))?;
         observer.event(Event::Advanced { stage: "calibrate", done: number + 1 });
     }
     observer.event(Event::Finished { stage: "calibrate" });
-    Ok(Confidence::fit(&seen).unwrap_or_default())
+    Ok(seen.fit().unwrap_or_default())
 }
 
 /// Hears nothing of the stages within, but whether to stop.

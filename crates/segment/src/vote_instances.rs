@@ -5,7 +5,7 @@
 
 use crate::SegmentConfig;
 use crate::all_scales::{AtScale, Hypothesis};
-use crate::calibration::{Confidence, Signs};
+use crate::calibration::{Calibration, Signs};
 use crate::infer::Prediction;
 use crate::vote_peaks::{Peak, Vote, peaks, suppressed, weight};
 use geom::{PointGrid, Thinned, Vec3};
@@ -28,8 +28,8 @@ impl Pass {
     }
 }
 
-/// The modes of all passes' votes, densest first.
-pub(crate) fn modes(runs: &[Pass]) -> Vec<(Peak, Signs)> {
+/// The modes of all passes' votes under a kernel of this width, densest first.
+pub(crate) fn modes(runs: &[Pass], width: f32) -> Vec<(Peak, Signs)> {
     let share = 1.0 / runs.len() as f32;
     let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(share)).collect();
     let grids: Vec<PointGrid> = runs.iter().map(|r| PointGrid::new(&r.position, 1.0)).collect();
@@ -40,7 +40,7 @@ pub(crate) fn modes(runs: &[Pass]) -> Vec<(Peak, Signs)> {
         }
         share * count as f32
     };
-    let found = peaks(&votes);
+    let found = peaks(&votes, width);
     found.par_iter().map(|peak| (*peak, Signs { density: peak.density, around: around(peak) })).collect()
 }
 
@@ -49,12 +49,12 @@ pub(crate) fn by_votes(
     runs: &[Pass],
     points: usize,
     unit_m: f32,
-    confidence: Confidence,
+    calibration: Calibration,
     config: &SegmentConfig,
 ) -> AtScale {
-    let scored: Vec<(Peak, f32)> = modes(runs)
+    let scored: Vec<(Peak, f32)> = modes(runs, calibration.vote_width)
         .into_iter()
-        .map(|(peak, signs)| (peak, confidence.of(&signs)))
+        .map(|(peak, signs)| (peak, calibration.confidence.of(&signs)))
         .filter(|(_, score)| *score >= config.least_score)
         .collect();
     let apart = suppressed(scored.iter().map(|s| s.0).collect(), config.instance_spacing);

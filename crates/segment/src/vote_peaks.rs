@@ -1,13 +1,12 @@
 //! From votes to centre hypotheses: modes of the weighted density of votes, found by mean shift.
 //!
-//! A vote counts the more the smaller the error the network expects of it. Lengths in d_max.
+//! A vote counts the more the smaller the error the network expects of it. Lengths in d_max. How wide the kernel is
+//! belongs to the weights: a network votes sharply on a shape it was trained on and loosely on one it never saw.
 
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Width of the kernel. Votes of one block scatter by 0.1 to 0.2; blocks that touch are further apart than 0.7.
-const BANDWIDTH: f32 = 0.12;
 /// Modes nearer than this are one hypothesis.
 const SAME: f32 = 0.2;
 /// Smallest expected error taken at its word.
@@ -39,11 +38,11 @@ pub(crate) fn weight(block: f32, error: f32) -> f32 {
     block * e * e
 }
 
-/// All modes, densest first.
-pub(crate) fn peaks(votes: &[Vote]) -> Vec<Peak> {
-    // Votes are pooled in cells of half a bandwidth first: they come by the hundred a block.
+/// All modes under a kernel of this width, densest first.
+pub(crate) fn peaks(votes: &[Vote], width: f32) -> Vec<Peak> {
+    // Votes are pooled in cells of half a width first: they come by the hundred a block.
     let mut cells: BTreeMap<[i32; 3], (Vec3, f32)> = BTreeMap::new();
-    let edge = BANDWIDTH / 2.0;
+    let edge = width / 2.0;
     for v in votes.iter().filter(|v| v.weight > 1e-3 && v.at.is_finite()) {
         let key = (v.at / edge).floor();
         let entry = cells.entry([key.x as i32, key.y as i32, key.z as i32]).or_insert((Vec3::ZERO, 0.0));
@@ -52,11 +51,11 @@ pub(crate) fn peaks(votes: &[Vote]) -> Vec<Peak> {
     }
     let pooled: Vec<Vote> = cells.values().map(|&(sum, weight)| Vote { at: sum / weight, weight }).collect();
     let positions: Vec<Vec3> = pooled.iter().map(|v| v.at).collect();
-    let grid = PointGrid::new(&positions, 2.5 * BANDWIDTH);
+    let grid = PointGrid::new(&positions, 2.5 * width);
     let look = |at: Vec3| {
         let (mut sum, mut mass) = (Vec3::ZERO, 0.0);
-        grid.for_each_within(at, 2.5 * BANDWIDTH, |i, p, d2| {
-            let k = pooled[i as usize].weight * (-d2 / (2.0 * BANDWIDTH * BANDWIDTH)).exp();
+        grid.for_each_within(at, 2.5 * width, |i, p, d2| {
+            let k = pooled[i as usize].weight * (-d2 / (2.0 * width * width)).exp();
             sum += (p - at) * k;
             mass += k;
         });
@@ -124,7 +123,7 @@ mod tests {
         let mut votes: Vec<Vote> = (0..100).map(|_| Vote { at: near(a, 0.3), weight: 1.0 }).collect();
         votes.extend((0..40).map(|_| Vote { at: near(b, 0.3), weight: 1.0 }));
         votes.extend((0..30).map(|_| Vote { at: near(a, 8.0), weight: 0.2 }));
-        let found = peaks(&votes);
+        let found = peaks(&votes, 0.12);
         assert!((found[0].at - a).length() < 0.06 && (found[1].at - b).length() < 0.06);
         assert!(
             found[0].density > found[1].density && found[1].density > 10.0 * found.get(2).map_or(0.0, |p| p.density)
@@ -133,7 +132,7 @@ mod tests {
 
     #[test]
     fn no_votes_no_peaks() {
-        assert!(peaks(&[]).is_empty());
-        assert!(peaks(&[Vote { at: Vec3::ZERO, weight: 0.0 }]).is_empty());
+        assert!(peaks(&[], 0.12).is_empty());
+        assert!(peaks(&[Vote { at: Vec3::ZERO, weight: 0.0 }], 0.12).is_empty());
     }
 }
