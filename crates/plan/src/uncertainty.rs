@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct UncertaintyConfig {
-    /// Plans for each (v, f).
+    /// Plans for each (v, f), the first with the seed of [`plan()`](crate::plan()) itself.
     pub seeds: u32,
     /// Minimum volumes v to try; none: the configured one.
     pub minimum_volume_m3: Vec<f32>,
@@ -114,7 +114,8 @@ pub fn uncertainty(
             if observer.cancelled() {
                 return Err(PlanError::Cancelled);
             }
-            let child = seed.child("uncertainty", u64::from(number));
+            // The first is the plan that is carried out: its own count belongs in the range.
+            let child = if number == 0 { seed } else { seed.child("uncertainty", u64::from(number)) };
             for (column, of) in plans_over_volumes(input, &varied, &volumes, child, &Silent)?.into_iter().enumerate() {
                 let place = (column * overflows.len() + row) * study.seeds as usize + number as usize;
                 let (v, summary) = (of.minimum_volume_m3, of.plan.summary);

@@ -62,6 +62,9 @@ fn counts_come_with_percentiles_and_formulas() {
         let (one, two) = (case.summary.porosity, case.summary.porosity_rasterised);
         assert!((one - two).abs() < 0.01, "porosity {one} and {two}");
     }
+    let own = PlanConfig { overflow_m: Some(0.4), ..config() };
+    let carried_out = plan(&site.input(), &own, SeedTree::new(1), &Silent).unwrap();
+    assert_eq!(found.cases.iter().find(|c| c.overflow_m == 0.4).unwrap().summary, carried_out.summary);
     let none = UncertaintyConfig { seeds: 0, ..Default::default() };
     let error = uncertainty(&site.input(), &config(), &none, SeedTree::new(1), &Silent);
     assert!(matches!(error, Err(PlanError::BadSetting { key: "uncertainty.seeds", .. })));
