@@ -126,12 +126,13 @@ fn surfaces_input<'a>(works: &'a Works, scene: &'a Scene, plan: &'a Plan) -> Sur
     }
 }
 
-/// The bed as stated, or as the survey shows it between and beside the blocks.
+/// The bed as stated, or as the survey shows it between and beside the blocks; and what stands on it that is no
+/// recognised block.
 pub fn ground_of(works: &Works, config: &Config, observer: &dyn Observer) -> Ground {
-    match &works.ground {
-        Some(ground) => ground.clone(),
-        None => plan::estimate_ground(&works.survey.cloud, works.blocks, works.catalog, &config.ground, observer),
-    }
+    let (cloud, blocks, catalog) = (&works.survey.cloud, works.blocks, works.catalog);
+    let stated = works.ground.clone();
+    let bed = stated.unwrap_or_else(|| plan::estimate_ground(cloud, blocks, catalog, &config.ground, observer));
+    plan::with_obstacles(bed, cloud, blocks, catalog, &config.ground, observer)
 }
 
 /// The accepted blocks as a pile.

@@ -43,21 +43,18 @@ pub fn estimate_ground(
 ) -> Ground {
     let warn = |message: String| observer.event(Event::Warned(Warning { stage: "plan", message }));
     let length_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
-    let accepted: Vec<(ModelId, Pose)> = recognised
-        .iter()
-        .filter(|r| r.judgement == Judgement::Accepted && (r.model.0 as usize) < catalog.len())
-        .map(|r| (r.model, r.site_from_block))
-        .collect();
+    let accepted = Accepted::of(recognised, catalog);
     let lowest = |(model, pose): &(ModelId, Pose)| {
         catalog.get(*model).mesh.vertices.iter().map(|&v| (*pose * v).z).fold(f32::INFINITY, f32::min)
     };
-    let lowest_m = accepted.iter().map(lowest).fold(f32::INFINITY, f32::min);
+    let lowest_m = accepted.blocks.iter().map(lowest).fold(f32::INFINITY, f32::min);
     if cloud.is_empty() || length_m <= 0.0 {
         let z_m = if lowest_m.is_finite() { lowest_m } else { 0.0 };
         warn(format!("no points to estimate the ground from: taken as level at {z_m:.2} m (local height)"));
         return Ground::Level { z_m };
     }
-    let loose = unexplained(cloud, recognised, &accepted, catalog, config.near * length_m);
+    let claimed = recognised.iter().flat_map(|r| &r.points).copied();
+    let loose = unexplained(cloud, claimed, &accepted, config.near * length_m);
     let mut map = low_points(cloud, &loose, config, length_m);
     drop_risen_cells(&mut map, config, length_m);
     let known = map.z_m.iter().filter(|z| z.is_finite()).count();
@@ -73,20 +70,45 @@ pub fn estimate_ground(
         warn(format!("ground is seen in {known} of {} cells only; the rest is interpolated", map.z_m.len()));
     }
     map.fill_empty();
-    press_under(&mut map, &accepted, catalog);
+    press_under(&mut map, &accepted.blocks, catalog);
     Ground::Grid { origin: map.origin, cell_m: map.cell_m, nx: map.nx, z_m: map.z_m }
 }
 
-/// Indices of the points that no recognised block claims or touches.
-fn unexplained(
+/// The blocks that are there.
+pub(crate) struct Accepted<'a> {
+    recognised: &'a [Recognised],
+    catalog: &'a Catalog,
+    /// Type and pose of each.
+    pub blocks: Vec<(ModelId, Pose)>,
+}
+
+impl<'a> Accepted<'a> {
+    /// Those of a recognition that are judged and of the catalogue.
+    pub fn of(recognised: &'a [Recognised], catalog: &'a Catalog) -> Self {
+        let blocks = Self::judged(recognised).filter(|r| (r.model.0 as usize) < catalog.len());
+        Self { recognised, catalog, blocks: blocks.map(|r| (r.model, r.site_from_block)).collect() }
+    }
+
+    /// Survey points they claim.
+    pub fn points(&self) -> impl Iterator<Item = u32> + 'a {
+        Self::judged(self.recognised).flat_map(|r| &r.points).copied()
+    }
+
+    fn judged(recognised: &'a [Recognised]) -> impl Iterator<Item = &'a Recognised> {
+        recognised.iter().filter(|r| r.judgement == Judgement::Accepted)
+    }
+}
+
+/// Indices of the points that are not claimed and that no accepted block touches.
+pub(crate) fn unexplained(
     cloud: &PointCloud,
-    recognised: &[Recognised],
-    accepted: &[(ModelId, Pose)],
-    catalog: &Catalog,
+    claimed: impl Iterator<Item = u32>,
+    accepted: &Accepted,
     near_m: f32,
 ) -> Vec<u32> {
+    let Accepted { catalog, blocks: accepted, .. } = accepted;
     let mut explained = vec![false; cloud.len()];
-    for &point in recognised.iter().flat_map(|r| &r.points) {
+    for point in claimed {
         if let Some(flag) = explained.get_mut(point as usize) {
             *flag = true;
         }

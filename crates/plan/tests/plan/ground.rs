@@ -2,7 +2,7 @@
 
 use crate::site::{self, Heard};
 use geom::{PointCloud, Pose, SeedTree, Vec3};
-use plan::{GroundConfig, estimate_ground};
+use plan::{GroundConfig, estimate_ground, with_obstacles};
 use rand::RngExt;
 use scene::{Ground, InstanceId, Judgement, ModelId, Recognised};
 
@@ -62,6 +62,23 @@ fn a_slope_under_blocks_comes_back() {
     }
     assert!(worst < 0.25, "worst error {worst} m on a 2 m block");
     assert!(!heard.has("no ground"));
+    // What was not recognised is solid all the same, and said to be; all else stays as it was.
+    let config = GroundConfig::default();
+    let with = with_obstacles(ground.clone(), &cloud, &found, &site.catalog, &config, &heard);
+    let over = |g: &Ground| g.height_m(stray.translation.x, stray.translation.y);
+    let top = over(&with);
+    assert!((stray.translation.z..stray.translation.z + 1.5).contains(&top), "{top} above {}", stray.translation.z);
+    assert!(heard.has("taken as solid"));
+    for pose in found.iter().map(|f| f.site_from_block.translation) {
+        assert!((with.height_m(pose.x, pose.y) - ground.height_m(pose.x, pose.y)).abs() < 0.05);
+    }
+    // A block that is there but not judged is such a thing too; one that is recognised is not.
+    let mut judged = found.clone();
+    judged.push(Recognised { judgement: Judgement::NotJudged, ..recognised(stray) });
+    let left_open = with_obstacles(ground.clone(), &cloud, &judged, &site.catalog, &config, &heard);
+    assert_eq!(left_open, with);
+    judged.last_mut().unwrap().judgement = Judgement::Accepted;
+    assert_eq!(with_obstacles(ground.clone(), &cloud, &judged, &site.catalog, &config, &heard), ground);
 }
 
 #[test]
