@@ -1,7 +1,7 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
 use crate::acceptance::Candidate;
-use crate::confidence::{Signs, confidence, type_confidence};
+use crate::confidence::{PilePrior, Signs, type_confidence};
 use crate::evidence::reach_m;
 use crate::fattening::{Fattening, residuals};
 use crate::fit::{CentredPose, FitPoint, covariance, fit};
@@ -128,7 +128,7 @@ pub fn refine(
     members(&label(points, &grid, blocks, templates, measured, config), blocks.len())
 }
 
-/// The statement on one accepted block, and the signs its confidence is made of.
+/// The statement on one accepted block before it is judged, and the signs it is judged by.
 pub fn statement(
     survey: &Survey,
     block: &Accepted,
@@ -143,28 +143,37 @@ pub fn statement(
     let sample = fit_points(survey, measured, &points);
     let distance = |template: &Template, at: &CentredPose| distance_m(template, at, &sample);
     let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
-    let occlusion = 1.0 - visible_share(template, &block.at, measured);
     let signs = company.signs(block, &points, distance(template, &block.at), covariance.as_ref(), config);
-    let type_confidence = type_confidence(&signs);
-    let type_judged = type_confidence >= config.min_type_confidence;
-    // What is not stated cannot be wrong: the type counts where it is judged.
-    let confidence = confidence(&signs) * if type_judged { type_confidence } else { 1.0 };
-    let judged =
-        confidence >= config.min_confidence && points.len() >= crate::search::FEWEST_POINTS && covariance.is_some();
     let statement = Recognised {
         block: InstanceId(0),
         model: template.id,
         site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
-        type_judged,
-        judgement: if judged { Judgement::Accepted } else { Judgement::NotJudged },
-        confidence,
+        type_judged: false,
+        judgement: Judgement::NotJudged,
+        confidence: 0.0,
         fitness_m: distance(template, &block.at),
         runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
-        occlusion,
+        occlusion: 1.0 - visible_share(template, &block.at, measured),
         points,
         covariance: covariance.unwrap_or([0.0; 36]),
     };
     (statement, signs)
+}
+
+/// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
+pub fn judge(statements: &mut [(Recognised, Signs)], config: &EvidenceConfig) {
+    let signs: Vec<Signs> = statements.iter().map(|s| s.1).collect();
+    let pile = PilePrior::of(&signs);
+    for (block, signs) in statements {
+        let type_confidence = type_confidence(signs);
+        block.type_judged = type_confidence >= config.min_type_confidence;
+        // What is not stated cannot be wrong: the type counts where it is judged.
+        block.confidence = pile.confidence(signs) * if block.type_judged { type_confidence } else { 1.0 };
+        let held = signs.shift_sd.is_finite() && block.points.len() >= crate::search::FEWEST_POINTS;
+        if held && block.confidence >= config.min_confidence {
+            block.judgement = Judgement::Accepted;
+        }
+    }
 }
 
 /// Mean distance of the points from the block's surface, metres.

@@ -6,7 +6,7 @@
 use crate::acceptance::{Acceptance, Candidate, accept};
 use crate::confidence::Signs;
 use crate::evidence::weigh;
-use crate::finish::{Accepted, other_type, refine, statement};
+use crate::finish::{Accepted, judge, other_type, refine, statement};
 use crate::levelling::level;
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
@@ -245,15 +245,15 @@ impl Stage<'_> {
             .collect();
         let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
         let company = Company::new(survey, &blocks, &points, &pool, self.templates, self.measured);
-        let mut found: Vec<(Recognised, Option<Signs>)> = blocks
+        let config = &self.config.evidence;
+        let mut stated: Vec<(Recognised, Signs)> = blocks
             .par_iter()
             .zip(points)
-            .map(|(block, points)| {
-                let config = &self.config.evidence;
-                let (block, signs) = statement(survey, block, points, &company, self.templates, self.measured, config);
-                (block, Some(signs))
-            })
+            .map(|(block, points)| statement(survey, block, points, &company, self.templates, self.measured, config))
             .collect();
+        judge(&mut stated, config);
+        let mut found: Vec<(Recognised, Option<Signs>)> =
+            stated.into_iter().map(|(block, signs)| (block, Some(signs))).collect();
         let open = self.not_judged(survey, tasks, candidates, &found);
         found.extend(open.into_iter().map(|block| (block, None)));
         for (n, (block, _)) in found.iter_mut().enumerate() {
