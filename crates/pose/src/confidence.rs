@@ -30,6 +30,8 @@ pub struct Signs {
     pub rival: f32,
     /// By how many nats the type beats the next; infinite with one type.
     pub type_margin: f32,
+    /// Its points lie in a plane that goes on beside it, and better than on the block: they say nothing of a block.
+    pub in_a_plane: bool,
 }
 
 /// Numbers of [`Signs::features`].
@@ -135,6 +137,7 @@ mod tests {
             rough: 1.5,
             rival: 0.8,
             type_margin: 5.0,
+            in_a_plane: false,
         };
         let confidence = |signs: &Signs| PilePrior { shift: 0.0 }.confidence(signs);
         let base = confidence(&plain);

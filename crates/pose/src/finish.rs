@@ -169,7 +169,8 @@ pub fn judge(statements: &mut [(Recognised, Signs)], config: &EvidenceConfig) {
         block.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.
         block.confidence = pile.confidence(signs) * if block.type_judged { type_confidence } else { 1.0 };
-        let held = signs.shift_sd.is_finite() && block.points.len() >= crate::search::FEWEST_POINTS;
+        let held =
+            signs.shift_sd.is_finite() && !signs.in_a_plane && block.points.len() >= crate::search::FEWEST_POINTS;
         if held && block.confidence >= config.min_confidence {
             block.judgement = Judgement::Accepted;
         }

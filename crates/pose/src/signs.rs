@@ -10,6 +10,7 @@ use crate::evidence::{Evidence, shared_inside, weigh};
 use crate::finish::{Accepted, distance_m, fit_points};
 use crate::measured::Measured;
 use crate::template::Template;
+use geom::Vec3;
 use rayon::prelude::*;
 use scene::Survey;
 
@@ -18,6 +19,11 @@ const ANOTHER: f32 = 1.5;
 
 /// With this many points half is believed of how far they lie off: those of one beam or one pass err together.
 const FEW: f32 = 100.0;
+
+/// Points lie in a plane and not on a block when they are off it by less than this part of what they are off the block.
+const FLATTER: f32 = 0.7;
+/// A plane goes on when it holds so many more points beside a block's own.
+const GOES_ON: f32 = 0.5;
 
 /// Everything a block is compared with.
 pub struct Company<'a> {
@@ -93,7 +99,28 @@ impl<'a> Company<'a> {
             rough: (distance_m / self.typical_m).powf(count as f32 / (count as f32 + FEW)),
             rival: self.rival(block, &case, &own),
             type_margin: block.type_margin,
+            in_a_plane: self.in_a_plane(block, &own, distance_m),
         }
+    }
+
+    /// Whether the block's own points lie nearer to one plane than to the block and that plane goes on beside it: a bed,
+    /// a wall or a slab that a strip of the block happens to touch.
+    fn in_a_plane(&self, block: &Accepted, own: &[u32], distance_m: f32) -> bool {
+        let at = |i: &u32| self.measured.position[*i as usize];
+        let middle = own.iter().map(at).sum::<Vec3>() / (own.len() as f32).max(1.0);
+        let facing: Vec3 = own.iter().map(|i| self.measured.normal[*i as usize]).sum();
+        let Some(normal) = facing.try_normalize() else { return false };
+        let off = |p: Vec3| normal.dot(p - middle).abs();
+        let off_m = own.iter().map(|i| off(at(i))).sum::<f32>() / (own.len() as f32).max(1.0);
+        if off_m > FLATTER * distance_m {
+            return false;
+        }
+        let mut beside = 0;
+        let reach_m = self.templates[block.template].model.d_max_m;
+        self.measured.grid.for_each_within(block.at.centre, reach_m, |i, p, _| {
+            beside += usize::from(off(p) < distance_m && own.binary_search(&i).is_err());
+        });
+        beside as f32 > GOES_ON * own.len() as f32
     }
 
     /// Share of the block's inside within a block that was accepted before it.
