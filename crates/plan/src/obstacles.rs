@@ -35,40 +35,18 @@ pub fn with_obstacles(
         return ground;
     }
     let accepted = Accepted::of(recognised, catalog);
-    let loose = unexplained(cloud, accepted.points(), &accepted, config.near * length_m);
-    let bounds = cloud.bounds();
-    // A stray point far out must not make the grid huge.
-    let cell_m = (CELL * length_m).max(bounds.size().x.max(bounds.size().y) / 4000.0);
-    let mut tops = HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
-    let seen = counts(&tops, cloud);
-    let rise_m = config.step * length_m + config.slope * cell_m;
-    let mut standing: Vec<(usize, f32)> = Vec::new();
-    for &i in &loose {
-        let p = cloud.position_m[i as usize];
-        if let Some((ix, iy)) = tops.cell_of(p.x, p.y)
-            && p.z > ground.height_m(p.x, p.y) + rise_m
-        {
-            standing.push((iy * tops.nx + ix, p.z));
-        }
-    }
-    standing.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    for column in standing.chunk_by(|a, b| a.0 == b.0) {
-        let cell = column[0].0;
-        if column.len() as f32 >= SHARE * seen[cell] as f32 {
-            tops.z_m[cell] = column[((column.len() - 1) as f32 * PERCENTILE).round() as usize].1;
-        }
-    }
-    drop_few(&mut tops);
-    let solid = tops.z_m.iter().filter(|z| z.is_finite()).count();
+    let (mut tops, seen) = standing(&ground, cloud, &accepted, config, length_m);
+    let (cell_m, solid) = (tops.cell_m, tops.z_m.iter().filter(|z| z.is_finite()).count());
     if solid == 0 {
         return ground;
     }
+    let area_m2 = solid as f32 * cell_m * cell_m;
+    let digits = if area_m2 < 0.1 { 4 } else { usize::from(area_m2 < 10.0) };
     observer.event(Event::Warned(Warning {
         stage: "plan",
         message: format!(
-            "{:.0} m² of the survey stand above the ground and are no recognised block: taken as solid, nothing is planned into \
-             it; look there for missed blocks and for types the catalogue does not name",
-            (solid as f32 * cell_m * cell_m).max(1.0)
+            "{area_m2:.digits$} m² of the survey stand above the ground and are no recognised block: taken as solid, nothing is planned into \
+             it; look there for missed blocks and for types the catalogue does not name"
         ),
     }));
     for _ in 0..SHADOW {
@@ -87,6 +65,41 @@ pub fn with_obstacles(
         *z = z.max(top);
     }
     Ground::Grid { origin: whole.origin, cell_m, nx: whole.nx, z_m: whole.z_m }
+}
+
+/// Heights of the cells in which something stands, and the survey points of each cell.
+fn standing(
+    ground: &Ground,
+    cloud: &PointCloud,
+    accepted: &Accepted,
+    config: &GroundConfig,
+    length_m: f32,
+) -> (HeightMap, Vec<u32>) {
+    let loose = unexplained(cloud, accepted.points(), accepted, config.near * length_m);
+    let bounds = cloud.bounds();
+    // A stray point far out must not make the grid huge.
+    let cell_m = (CELL * length_m).max(bounds.size().x.max(bounds.size().y) / 4000.0);
+    let mut tops = HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
+    let seen = counts(&tops, cloud);
+    let rise_m = config.step * length_m + config.slope * cell_m;
+    let mut high: Vec<(usize, f32)> = Vec::new();
+    for &i in &loose {
+        let p = cloud.position_m[i as usize];
+        if let Some((ix, iy)) = tops.cell_of(p.x, p.y)
+            && p.z > ground.height_m(p.x, p.y) + rise_m
+        {
+            high.push((iy * tops.nx + ix, p.z));
+        }
+    }
+    high.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    for column in high.chunk_by(|a, b| a.0 == b.0) {
+        let cell = column[0].0;
+        if column.len() as f32 >= SHARE * seen[cell] as f32 {
+            tops.z_m[cell] = column[((column.len() - 1) as f32 * PERCENTILE).round() as usize].1;
+        }
+    }
+    drop_few(&mut tops);
+    (tops, seen)
 }
 
 /// Survey points of each cell.

@@ -115,8 +115,7 @@ fn logit(p: f32) -> f32 {
 
 /// The probability that the type is right if the pose is, in [0, 1].
 pub fn type_confidence(signs: &Signs) -> f32 {
-    let z = signs.type_margin * (TYPE_SLOPE + TYPE_GROWTH * signs.type_margin);
-    1.0 / (1.0 + (-z).exp())
+    logistic(signs.type_margin * (TYPE_SLOPE + TYPE_GROWTH * signs.type_margin))
 }
 
 #[cfg(test)]

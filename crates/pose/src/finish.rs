@@ -161,10 +161,11 @@ pub fn statement(
 }
 
 /// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
-pub fn judge(statements: &mut [(Recognised, Signs)], config: &EvidenceConfig) {
-    let signs: Vec<Signs> = statements.iter().map(|s| s.1).collect();
+pub fn judge(statements: &mut [(Recognised, Option<Signs>)], config: &EvidenceConfig) {
+    let signs: Vec<Signs> = statements.iter().filter_map(|s| s.1).collect();
     let pile = PilePrior::of(&signs);
     for (block, signs) in statements {
+        let Some(signs) = signs else { continue };
         let type_confidence = type_confidence(signs);
         block.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.

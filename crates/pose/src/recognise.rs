@@ -246,14 +246,12 @@ impl Stage<'_> {
         let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
         let company = Company::new(survey, &blocks, &points, &pool, self.templates, self.measured);
         let config = &self.config.evidence;
-        let mut stated: Vec<(Recognised, Signs)> = blocks
-            .par_iter()
-            .zip(points)
-            .map(|(block, points)| statement(survey, block, points, &company, self.templates, self.measured, config))
-            .collect();
-        judge(&mut stated, config);
-        let mut found: Vec<(Recognised, Option<Signs>)> =
-            stated.into_iter().map(|(block, signs)| (block, Some(signs))).collect();
+        let state = |(block, points)| {
+            let (block, signs) = statement(survey, block, points, &company, self.templates, self.measured, config);
+            (block, Some(signs))
+        };
+        let mut found: Vec<(Recognised, Option<Signs>)> = blocks.par_iter().zip(points).map(state).collect();
+        judge(&mut found, config);
         let open = self.not_judged(survey, tasks, candidates, &found);
         found.extend(open.into_iter().map(|block| (block, None)));
         for (n, (block, _)) in found.iter_mut().enumerate() {

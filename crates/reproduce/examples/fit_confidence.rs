@@ -27,8 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             seen.add(&model, &scene, SeedTree::new(seed).child("fit", index), &Silent)?;
         }
     }
-    for (width, hypotheses, curve, worth) in seen.curves() {
-        println!("width {width}: {hypotheses} hypotheses, area {worth:.1} blocks, {curve:?}");
+    for trial in seen.trials() {
+        println!("{trial:?}");
     }
     let fitted = seen.fit().ok_or("nothing to fit")?;
     println!("{:?} before, {fitted:?} now", model.description.calibration());

@@ -38,7 +38,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         "their points, hidden %",
     ]);
     let mut table = Table::new(&heads);
-    let mut weights = String::new();
+    let (mut weights, mut least) = (String::new(), 0.0);
     let config = SegmentConfig::default();
     for set in site_sets()? {
         let model = match bench.model {
@@ -46,6 +46,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             None => SegmentModel::shipped(&set.catalog)?,
         };
         weights = weights_line(&model)?;
+        least = model.description.least_instance_score(config.least_instance_score);
         let (mut asked, mut sums) = (0, Sums::new());
         for (i, made) in set.held_out(bench).enumerate() {
             let made = made?;
@@ -67,8 +68,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     }
     Ok(format!(
         "Blocks hidden to less than 80 % and not met by an instance at IoU 0.5. A block's hypothesis lies within {NEAR} d_max of \
-         its centre; instances need a confidence of {}. Weights: {weights}.\n\n{}",
-        config.least_instance_score,
+         its centre; instances need a confidence of {least}. Weights: {weights}.\n\n{}",
         table.finish()
     ))
 }

@@ -124,6 +124,19 @@ pub struct Evidence {
     by_width: [Seen; WIDTHS.len()],
 }
 
+/// One width on those scenes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// Width of the kernel, d_max.
+    pub vote_width: f32,
+    /// Hypotheses seen.
+    pub hypotheses: usize,
+    /// The curve fitted to them; none where all were right or all wrong.
+    pub confidence: Option<Confidence>,
+    /// Area under precision against blocks found, blocks.
+    pub worth_blocks: f32,
+}
+
 #[derive(Debug, Default)]
 struct Seen {
     /// Signs and rightness of every hypothesis.
@@ -160,26 +173,27 @@ impl Evidence {
         Ok(())
     }
 
-    /// Hypotheses seen, and the curve fitted to them, for each width tried.
-    pub fn curves(&self) -> impl Iterator<Item = (f32, usize, Option<Confidence>, f32)> + '_ {
-        WIDTHS.iter().zip(&self.by_width).map(|(&width, seen)| {
-            let curve = Confidence::fit(&seen.all);
-            (width, seen.all.len(), curve, curve.map_or(0.0, |c| seen.worth(&c)))
+    /// What each width tried is worth.
+    pub fn trials(&self) -> impl Iterator<Item = Trial> + '_ {
+        WIDTHS.iter().zip(&self.by_width).map(|(&vote_width, seen)| {
+            let confidence = Confidence::fit(&seen.all);
+            let worth_blocks = confidence.map_or(0.0, |c| seen.worth_blocks(&c));
+            Trial { vote_width, hypotheses: seen.all.len(), confidence, worth_blocks }
         })
     }
 
     /// The width whose instances rank best, with its curve; `None` when nothing, or only right or wrong, was seen.
     pub fn fit(&self) -> Option<Calibration> {
-        let fitted = self.curves().filter_map(|(width, _, curve, worth)| Some((width, curve?, worth)));
         // Of equals the narrower.
-        let best = fitted.reduce(|best, next| if next.2 > best.2 { next } else { best })?;
-        Some(Calibration { vote_width: best.0, confidence: best.1 })
+        let better = |best: Trial, next: Trial| if next.worth_blocks > best.worth_blocks { next } else { best };
+        let best = self.trials().filter(|t| t.confidence.is_some()).reduce(better)?;
+        Some(Calibration { vote_width: best.vote_width, confidence: best.confidence? })
     }
 }
 
 impl Seen {
     /// Area under precision against blocks found, most confident instance first; blocks.
-    fn worth(&self, curve: &Confidence) -> f32 {
+    fn worth_blocks(&self, curve: &Confidence) -> f32 {
         let mut ranked: Vec<(f32, bool)> = self.apart.iter().map(|(signs, first)| (curve.of(signs), *first)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let (mut found, mut area) = (0.0, 0.0);
@@ -225,7 +239,7 @@ mod tests {
         let ordered = seen(&[(9.0, true), (8.0, true), (7.0, false), (6.0, false), (1.0, false)]);
         let evidence = Evidence { by_width: [mixed(), ordered, mixed(), Seen::default()] };
         assert_eq!(evidence.fit().unwrap().vote_width, WIDTHS[1]);
-        assert!((mixed().worth(&evidence.fit().unwrap().confidence) - (1.0 + 2.0 / 3.0)).abs() < 1e-6);
+        assert!((mixed().worth_blocks(&evidence.fit().unwrap().confidence) - (1.0 + 2.0 / 3.0)).abs() < 1e-6);
         assert_eq!(Evidence::default().fit(), None);
     }
 

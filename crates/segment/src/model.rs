@@ -31,6 +31,10 @@ pub struct ModelDescription {
     pub confidence: Confidence,
 }
 
+/// So much more confidence an instance needs from weights for any shape: theirs was fitted to shapes like those they were
+/// trained on, and a user's own is a stranger to them.
+const CAUTION: f32 = 0.1;
+
 /// For files that state no width.
 fn narrow() -> f32 {
     Calibration::default().vote_width
@@ -40,6 +44,11 @@ impl ModelDescription {
     /// How votes become hypotheses.
     pub fn calibration(&self) -> Calibration {
         Calibration { vote_width: self.vote_width, confidence: self.confidence }
+    }
+
+    /// Confidence below which a hypothesis of these weights does not become an instance, where others need `stated`.
+    pub fn least_instance_score(&self, stated: f32) -> f32 {
+        (stated + if self.shapes.is_empty() { CAUTION } else { 0.0 }).min(1.0)
     }
 
     /// The same network with its votes read anew.

@@ -41,7 +41,8 @@ pub struct SegmentConfig {
     pub instance_spacing: f32,
     /// Confidence below which a hypothesis is dropped.
     pub least_score: f32,
-    /// Confidence below which a hypothesis does not become an instance; 0.1 more with weights for any shape.
+    /// Confidence below which a hypothesis does not become an instance; more with weights for any shape
+    /// ([`ModelDescription::least_instance_score`](crate::ModelDescription::least_instance_score)).
     pub least_instance_score: f32,
     /// Points whose vote is farther than this from every instance get no label.
     pub reach: f32,
@@ -68,10 +69,6 @@ impl Default for SegmentConfig {
         }
     }
 }
-
-/// So much more confidence an instance needs from weights for any shape: theirs was fitted to shapes like those they were
-/// trained on, and a user's own is a stranger to them.
-const CAUTION: f32 = 0.1;
 
 /// Sizes closer than this share one run of the network.
 const SAME_SIZE: f32 = 1.3;
@@ -188,12 +185,7 @@ fn at_scale(
     let passes = if config.clustering == Clustering::Embedding { 1 } else { config.passes };
     let runs = run_passes(cloud, unit_m, model, config, passes, seed, progress)?;
     Ok(match config.clustering {
-        Clustering::Votes => {
-            let caution = if model.description.shapes.is_empty() { CAUTION } else { 0.0 };
-            let least = (config.least_instance_score + caution).min(1.0);
-            let config = SegmentConfig { least_instance_score: least, ..config.clone() };
-            by_votes(&runs, cloud.len(), unit_m, model.description.calibration(), &config)
-        }
+        Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, &model.description, config),
         Clustering::Embedding => {
             let run = &runs[0];
             let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);

@@ -5,8 +5,9 @@
 
 use crate::SegmentConfig;
 use crate::all_scales::{AtScale, Hypothesis};
-use crate::calibration::{Calibration, Signs};
+use crate::calibration::Signs;
 use crate::infer::Prediction;
+use crate::model::ModelDescription;
 use crate::vote_peaks::{Peak, Vote, peaks, suppressed, weight};
 use geom::{PointGrid, Thinned, Vec3};
 use rayon::prelude::*;
@@ -49,21 +50,22 @@ pub(crate) fn by_votes(
     runs: &[Pass],
     points: usize,
     unit_m: f32,
-    calibration: Calibration,
+    weights: &ModelDescription,
     config: &SegmentConfig,
 ) -> AtScale {
-    let scored: Vec<(Peak, f32)> = modes(runs, calibration.vote_width)
+    let scored: Vec<(Peak, f32)> = modes(runs, weights.vote_width)
         .into_iter()
-        .map(|(peak, signs)| (peak, calibration.confidence.of(&signs)))
+        .map(|(peak, signs)| (peak, weights.confidence.of(&signs)))
         .filter(|(_, score)| *score >= config.least_score)
         .collect();
     let apart = suppressed(scored.iter().map(|s| s.0).collect(), config.instance_spacing);
+    let least = weights.least_instance_score(config.least_instance_score);
     let mut hypotheses: Vec<Hypothesis> = scored
         .iter()
         .map(|&(peak, score)| Hypothesis {
             centre: peak.at * unit_m,
             score,
-            instance: score >= config.least_instance_score && apart.contains(&peak),
+            instance: score >= least && apart.contains(&peak),
             points: Vec::new(),
         })
         .collect();

@@ -260,7 +260,7 @@ pub fn say(summary: &serde_json::Value, terminal: &Terminal) {
     if let Some(plans) = summary["count_range"]["plans"].as_u64() {
         let of = |key: &str| summary["count_range"][key].as_f64().unwrap_or(0.0);
         let varied = thresholds(summary);
-        let over = if varied.len() > 1 { "over seeds, v and f" } else { "with other seeds" };
+        let over = if varied.len() > 1 { "over seeds, v and f" } else { "over seeds" };
         terminal.say(format!(
             "{over}: {:.0} to {:.0} blocks, median {:.0} (P10 to P90 of {plans} plans)",
             of("p10"),
