@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """LAZ reading and writing against laspy + lazrs, in one run, turn about.
 
-    cargo build --release -p tsumu-io --example convert
+    cargo build --release -p io --example convert
     python tools/bench_files.py target/release/examples/convert FILE.laz…
 
 Prints the least of five CPU and wall times. Ours contain the start of a process (CPU) but not in the wall times, which

@@ -3,7 +3,7 @@
 
     python3 -m venv .venv && .venv/bin/pip install laspy lazrs pyproj ezdxf ifcopenshell rasterio pyogrio \
         trimesh scipy pygltflib lxml plyfile pytest
-    cargo run --release -p tsumu-io --example exports -- exports
+    cargo run --release -p io --example exports -- exports
     .venv/bin/python tools/check_exports.py exports
 
 The block corners from DXF (ezdxf), GLB (trimesh) and IFC (ifcopenshell) must be the same places; positions, counts,

@@ -29,7 +29,9 @@ fn main() {
 /// The optional parts that are built in.
 fn features() -> String {
     let prefix = "CARGO_FEATURE_";
-    let named = |(key, _): (String, String)| key.strip_prefix(prefix).map(str::to_lowercase).filter(|f| f != "default");
+    let named = |(key, _): (String, String)| {
+        key.strip_prefix(prefix).map(str::to_lowercase).filter(|f| f != "default")
+    };
     let mut list: Vec<String> = std::env::vars().filter_map(named).collect();
     list.sort();
     if list.is_empty() { "none beside the usual".into() } else { list.join(", ") }
@@ -43,7 +45,8 @@ fn commit(root: &Path) -> Option<String> {
         return None;
     }
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"])?;
-    let changed = git(root, &["status", "--porcelain", "--", "crates/*/src", "Cargo.toml", "Cargo.lock"])?;
+    let changed =
+        git(root, &["status", "--porcelain", "--", "crates/*/src", "Cargo.toml", "Cargo.lock"])?;
     Some(if changed.is_empty() { commit } else { commit + "+" })
 }
 

@@ -1,6 +1,6 @@
 """The training step of FPCCv2 with our heads, independently in PyTorch: losses must agree, times are compared.
 
-    cargo run --release -p tsumu-segment --example training_step FOLDER 20
+    cargo run --release -p segment --example training_step FOLDER 20
     python fpccv2_step.py FOLDER 20
 FOLDER holds model.safetensors and tile.csv (x, y, z, instance, offset of the centre, inner), lengths in d_max. Same
 network, losses, neighbours, AdamW with the norm of every tensor's gradient clipped at 1, same rate. One thread.

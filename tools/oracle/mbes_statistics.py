@@ -1,6 +1,6 @@
 """Noise statistics of multibeam pings: a real R2Sonic XTF file beside simulated pings over a flat bed.
 
-    cargo run --release -p tsumu-synth --example mbes_flat_bed > sim.csv
+    cargo run --release -p synth --example mbes_flat_bed > sim.csv
     python3 tools/oracle/mbes_statistics.py survey.xtf sim.csv [plot.png]
 
 Needs numpy; matplotlib for the plot. Prints a Markdown table.

@@ -33,7 +33,10 @@ pub fn antifer(height_m: f32) -> (TriMesh, Vec<ConvexPart>) {
 
     let n = outline.len();
     let level = |edge: f32, z: f32| {
-        outline.iter().map(move |[x, y]| Vec3::new(x * edge, y * edge, z) * height_m).collect::<Vec<_>>()
+        outline
+            .iter()
+            .map(move |[x, y]| Vec3::new(x * edge, y * edge, z) * height_m)
+            .collect::<Vec<_>>()
     };
     let mut vertices = level(BOTTOM, -0.5);
     vertices.extend(level(TOP, 0.5));
@@ -54,8 +57,9 @@ pub fn antifer(height_m: f32) -> (TriMesh, Vec<ConvexPart>) {
         triangles.push([i, j, j + up]);
         triangles.push([i, j + up, i + up]);
     }
-    let part =
-        |cell: &Vec<usize>| ConvexPart { corners: cell.iter().flat_map(|&i| [vertices[i], vertices[i + n]]).collect() };
+    let part = |cell: &Vec<usize>| ConvexPart {
+        corners: cell.iter().flat_map(|&i| [vertices[i], vertices[i + n]]).collect(),
+    };
     let parts = [&core].into_iter().chain(&corners).map(part).collect();
     (TriMesh { vertices, triangles }, parts)
 }

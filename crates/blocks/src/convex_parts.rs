@@ -69,7 +69,8 @@ pub fn convex_parts(mesh: &TriMesh, config: &ConvexConfig) -> (Vec<ConvexPart>, 
         };
         let split = VHACD::decompose(&parameters, &unit.vertices, &unit.triangles, true);
         let hulls = split.compute_exact_convex_hulls(&unit.vertices, &unit.triangles);
-        let solids: Vec<ConvexSolid> = hulls.iter().filter_map(|(corners, _)| in_metres(corners)).collect();
+        let solids: Vec<ConvexSolid> =
+            hulls.iter().filter_map(|(corners, _)| in_metres(corners)).collect();
         let ratio = (union_volume_m3(&solids, config.volume_rows) / volume_m3) as f32;
         let off = (ratio - 1.0).abs();
         let affordable = solids.len() <= config.max_parts;

@@ -49,12 +49,21 @@ pub fn dolos(length_m: f32) -> (TriMesh, Vec<ConvexPart>) {
             .flat_map(|(t, width)| octagon(centre + along * t, Vec3::X, across, width))
             .collect()
     };
-    let corners = [shank, fluke(Vec3::NEG_X * axis, Vec3::Z, Vec3::Y), fluke(Vec3::X * axis, Vec3::Y, Vec3::Z)];
-    let parts: Vec<ConvexPart> =
-        corners.into_iter().map(|c| ConvexPart { corners: c.into_iter().map(|p| p * length_m).collect() }).collect();
+    let corners = [
+        shank,
+        fluke(Vec3::NEG_X * axis, Vec3::Z, Vec3::Y),
+        fluke(Vec3::X * axis, Vec3::Y, Vec3::Z),
+    ];
+    let parts: Vec<ConvexPart> = corners
+        .into_iter()
+        .map(|c| ConvexPart { corners: c.into_iter().map(|p| p * length_m).collect() })
+        .collect();
     let solids: Vec<ConvexSolid> = parts
         .iter()
-        .map(|p| ConvexSolid::from_corners(&p.corners).expect("octagonal prisms and frustums have volume"))
+        .map(|p| {
+            ConvexSolid::from_corners(&p.corners)
+                .expect("octagonal prisms and frustums have volume")
+        })
         .collect();
     (geom::union(&solids), parts)
 }
@@ -62,7 +71,13 @@ pub fn dolos(length_m: f32) -> (TriMesh, Vec<ConvexPart>) {
 /// The four rotations: half a turn about the shank, and about each diagonal between the flukes, which swaps them.
 pub fn rotations() -> Vec<Quat> {
     let half = std::f32::consts::PI;
-    closure(&[Quat::from_rotation_x(half), Quat::from_axis_angle((Vec3::Y + Vec3::Z).normalize(), half)], 4)
+    closure(
+        &[
+            Quat::from_rotation_x(half),
+            Quat::from_axis_angle((Vec3::Y + Vec3::Z).normalize(), half),
+        ],
+        4,
+    )
 }
 
 #[cfg(test)]
@@ -74,7 +89,11 @@ mod tests {
         let (mesh, parts) = dolos(3.0);
         assert_eq!(mesh.check_solid(), Ok(()));
         let moments = mesh.moments();
-        assert!((moments.volume_m3 / 27.0 / VOLUME - 1.0).abs() < 0.01, "{}", moments.volume_m3 / 27.0);
+        assert!(
+            (moments.volume_m3 / 27.0 / VOLUME - 1.0).abs() < 0.01,
+            "{}",
+            moments.volume_m3 / 27.0
+        );
         assert!(moments.centroid.length() < 1e-4);
         assert!((mesh.bounds().size() - Vec3::splat(3.0)).length() < 1e-4);
         assert_eq!(parts.len(), 3);

@@ -11,7 +11,8 @@ pub fn square_frustum(height_m: f32, bottom_m: f32, top_m: f32) -> (TriMesh, Vec
     };
     let mut vertices = ring(bottom_m, -height_m / 2.0).to_vec();
     vertices.extend(ring(top_m, height_m / 2.0));
-    let quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+    let quads =
+        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
     let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
     let parts = vec![ConvexPart { corners: vertices.clone() }];
     (TriMesh { vertices, triangles }, parts)

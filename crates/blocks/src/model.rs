@@ -4,7 +4,9 @@ use crate::convex_parts::{ConvexConfig, convex_parts};
 use crate::symmetry::{SymmetryConfig, find_symmetry};
 use crate::{BlockError, antifer, dolos, frustum::square_frustum, rotation_group, tetrapod};
 use geom::{MeshError, TriMesh, Warning};
-use scene::{BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape, SymmetryGroup};
+use scene::{
+    BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape, SymmetryGroup,
+};
 use std::path::Path;
 
 /// The whole catalogue; `load_mesh` reads a mesh file given as the catalogue writes it, in the file's unit.
@@ -24,12 +26,16 @@ pub fn catalog(
     Ok(Catalog::new(models))
 }
 
-fn model(spec: &BlockSpec, load_mesh: &dyn Fn(&Path) -> Result<TriMesh, String>) -> Result<BlockModel, BlockError> {
+fn model(
+    spec: &BlockSpec,
+    load_mesh: &dyn Fn(&Path) -> Result<TriMesh, String>,
+) -> Result<BlockModel, BlockError> {
     match (&spec.shape, &spec.mesh) {
         (Some(shape), None) => shape_model(&spec.name, *shape, spec.density_kg_m3),
         (None, Some(path)) => {
             let unit = spec.unit.ok_or_else(|| BlockError::NoUnit { name: spec.name.clone() })?;
-            let read = load_mesh(path).map_err(|message| BlockError::Read { name: spec.name.clone(), message })?;
+            let read = load_mesh(path)
+                .map_err(|message| BlockError::Read { name: spec.name.clone(), message })?;
             mesh_model(&spec.name, &read.map(|v| v * unit.metres()), spec.density_kg_m3)
         }
         _ => Err(BlockError::ShapeOrMesh { name: spec.name.clone() }),
@@ -37,7 +43,11 @@ fn model(spec: &BlockSpec, load_mesh: &dyn Fn(&Path) -> Result<TriMesh, String>)
 }
 
 /// A mesh in metres as a block: welded, checked, turned to face outwards; its parts and symmetry are found.
-pub fn mesh_model(name: &str, mesh: &TriMesh, density_kg_m3: f32) -> Result<BlockModel, BlockError> {
+pub fn mesh_model(
+    name: &str,
+    mesh: &TriMesh,
+    density_kg_m3: f32,
+) -> Result<BlockModel, BlockError> {
     let wrong = |source| BlockError::Mesh { name: name.into(), source };
     let mesh = closed(mesh).map_err(wrong)?;
     let (parts, ratio) = convex_parts(&mesh, &ConvexConfig::default());
@@ -87,7 +97,10 @@ pub fn warnings(catalog: &Catalog) -> Vec<Warning> {
 /// A built-in shape as a block.
 pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<BlockModel, BlockError> {
     let size = match shape {
-        Shape::Tetrapod { size } | Shape::Dolos { size } | Shape::Cube { size } | Shape::Antifer { size } => size,
+        Shape::Tetrapod { size }
+        | Shape::Dolos { size }
+        | Shape::Cube { size }
+        | Shape::Antifer { size } => size,
     };
     if !(size > 0.0 && size.is_finite()) {
         return Err(BlockError::BadSize { name: name.into(), size });

@@ -18,7 +18,8 @@ pub fn ring(size_m: f32) -> Result<BlockModel, BlockError> {
     let parts = (0..SEGMENTS)
         .map(|i| {
             let angle = |k: usize| k as f32 / SEGMENTS as f32 * TAU;
-            let corner = |k: usize, r: f32, z: f32| Quat::from_rotation_z(angle(k)) * Vec3::new(r, 0.0, z);
+            let corner =
+                |k: usize, r: f32, z: f32| Quat::from_rotation_z(angle(k)) * Vec3::new(r, 0.0, z);
             [(i, outer), (i, inner), (i + 1, outer), (i + 1, inner)]
                 .into_iter()
                 .flat_map(|(k, r)| [corner(k, r, half), corner(k, r, -half)])
@@ -28,7 +29,8 @@ pub fn ring(size_m: f32) -> Result<BlockModel, BlockError> {
     // Turning it over about an axis through a segment's corner changes nothing either.
     let about_axis = cyclic_z(SEGMENTS as u32);
     let over = Quat::from_rotation_x(std::f32::consts::PI);
-    let rotations = about_axis.iter().copied().chain(about_axis.iter().map(|q| *q * over)).collect();
+    let rotations =
+        about_axis.iter().copied().chain(about_axis.iter().map(|q| *q * over)).collect();
     part("ring", size_m, parts, rotations)
 }
 
@@ -49,7 +51,12 @@ pub fn holed_plate(size_m: f32) -> Result<BlockModel, BlockError> {
     part("holed plate", size_m, parts, vec![Quat::IDENTITY])
 }
 
-fn part(name: &str, size_m: f32, parts: Vec<Vec<Vec3>>, rotations: Vec<Quat>) -> Result<BlockModel, BlockError> {
+fn part(
+    name: &str,
+    size_m: f32,
+    parts: Vec<Vec<Vec3>>,
+    rotations: Vec<Quat>,
+) -> Result<BlockModel, BlockError> {
     if !(size_m > 0.0 && size_m.is_finite()) {
         return Err(BlockError::BadSize { name: name.into(), size: size_m });
     }

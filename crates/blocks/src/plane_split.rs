@@ -54,7 +54,9 @@ pub(crate) fn plane_split(mesh: &TriMesh, excess: f64, most_parts: usize) -> Vec
     // Joining takes up a part of what is allowed.
     while total(&cells) > (1.0 + 0.7 * excess) * volume && cells.len() < most_parts {
         let over = |c: &Cell| c.hull_volume - node * c.inside.len() as f64;
-        let worst = (0..cells.len()).max_by(|&a, &b| over(&cells[a]).total_cmp(&over(&cells[b]))).unwrap_or(0);
+        let worst = (0..cells.len())
+            .max_by(|&a, &b| over(&cells[a]).total_cmp(&over(&cells[b])))
+            .unwrap_or(0);
         let Some((low, high)) = best_cut(&cells[worst], &query) else { break };
         cells[worst] = low;
         cells.push(high);
@@ -75,7 +77,12 @@ fn whole(mesh: &TriMesh, query: &MeshQuery) -> Cell {
         (0..GRID).filter_map(node).collect::<Vec<_>>()
     };
     let inside = (0..GRID * GRID).into_par_iter().flat_map_iter(row).collect();
-    let cell = Cell { points: mesh.vertices.clone(), triangles: mesh.triangles.clone(), inside, ..Cell::default() };
+    let cell = Cell {
+        points: mesh.vertices.clone(),
+        triangles: mesh.triangles.clone(),
+        inside,
+        ..Cell::default()
+    };
     cell.measured()
 }
 
@@ -84,7 +91,8 @@ fn best_cut(cell: &Cell, query: &MeshQuery) -> Option<(Cell, Cell)> {
     let mut planes = Vec::new();
     for normal in directions(&cell.inside) {
         let along = || cell.points.iter().map(|p| normal.dot(*p));
-        let (low, high) = (along().fold(f32::INFINITY, f32::min), along().fold(f32::NEG_INFINITY, f32::max));
+        let (low, high) =
+            (along().fold(f32::INFINITY, f32::min), along().fold(f32::NEG_INFINITY, f32::max));
         if high - low > 1e-4 {
             let at = |k: usize| low + (high - low) * k as f32 / (PLACES + 1) as f32;
             planes.extend((1..=PLACES).map(|k| (normal, at(k))));
@@ -187,7 +195,8 @@ fn half(cell: &Cell, (normal, offset): (Vec3, f32), side: f32, query: &MeshQuery
             }
             if (heights[i] <= 0.0) != (heights[j] <= 0.0) {
                 // The two triangles of an edge must cut it in the same bits: always from its lower end.
-                let (a, b) = if corners[i].to_array() < corners[j].to_array() { (i, j) } else { (j, i) };
+                let (a, b) =
+                    if corners[i].to_array() < corners[j].to_array() { (i, j) } else { (j, i) };
                 let cut = corners[a].lerp(corners[b], heights[a] / (heights[a] - heights[b]));
                 polygon.push(put(cut, &mut made.points));
             }
@@ -215,8 +224,9 @@ fn half(cell: &Cell, (normal, offset): (Vec3, f32), side: f32, query: &MeshQuery
 fn meet(planes: [(Vec3, f32); 3]) -> Option<Vec3> {
     let [a, b, c] = planes.map(|(n, _)| n);
     let spanned = a.dot(b.cross(c));
-    (spanned.abs() > 1e-3)
-        .then(|| (b.cross(c) * planes[0].1 + c.cross(a) * planes[1].1 + a.cross(b) * planes[2].1) / spanned)
+    (spanned.abs() > 1e-3).then(|| {
+        (b.cross(c) * planes[0].1 + c.cross(a) * planes[1].1 + a.cross(b) * planes[2].1) / spanned
+    })
 }
 
 fn hull_volume(points: &[Vec3]) -> f64 {
@@ -225,21 +235,28 @@ fn hull_volume(points: &[Vec3]) -> f64 {
     }
     let Ok((corners, triangles)) = try_convex_hull(points) else { return 0.0 };
     let corner = |i: u32| (corners[i as usize] - corners[0]).as_dvec3();
-    triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2])))).sum::<f64>().abs() / 6.0
+    triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2])))).sum::<f64>().abs()
+        / 6.0
 }
 
 /// Joins the pair of touching pieces whose common hull adds least, as long as the hulls' volumes stay within `allowed`.
 fn joined(pieces: Vec<Vec<Vec3>>, allowed: f64) -> Vec<Vec<Vec3>> {
-    let on_hull = |p: &Vec<Vec3>| try_convex_hull(p).map(|(corners, _)| corners).unwrap_or_default();
+    let on_hull =
+        |p: &Vec<Vec3>| try_convex_hull(p).map(|(corners, _)| corners).unwrap_or_default();
     let mut pieces: Vec<Vec<Vec3>> = pieces.iter().map(on_hull).filter(|p| p.len() > 3).collect();
     let mut volumes: Vec<f64> = pieces.iter().map(|p| hull_volume(p)).collect();
     let common = |a: &[Vec3], b: &[Vec3]| -> Vec<Vec3> { on_hull(&[a, b].concat()) };
     let added = |pieces: &[Vec<Vec3>], volumes: &[f64], i: usize, j: usize| {
         let touch = geom::Bounds::of(pieces[i].iter().copied()).grown(1e-3);
         let near = pieces[j].iter().any(|p| touch.contains(*p));
-        if near { hull_volume(&common(&pieces[i], &pieces[j])) - volumes[i] - volumes[j] } else { f64::INFINITY }
+        if near {
+            hull_volume(&common(&pieces[i], &pieces[j])) - volumes[i] - volumes[j]
+        } else {
+            f64::INFINITY
+        }
     };
-    let pairs: Vec<(usize, usize)> = (0..pieces.len()).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
+    let pairs: Vec<(usize, usize)> =
+        (0..pieces.len()).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
     let costs: Vec<f64> = pairs.par_iter().map(|&(i, j)| added(&pieces, &volumes, i, j)).collect();
     let mut pairs: Vec<((usize, usize), f64)> = pairs.into_iter().zip(costs).collect();
     let mut total: f64 = volumes.iter().sum();

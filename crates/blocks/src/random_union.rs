@@ -17,10 +17,13 @@ type Corners = Vec<Vec3>;
 pub fn random_union(seed: SeedTree) -> BlockModel {
     // A draw whose union does not close (parts that all but touch) or that is all arms is drawn again.
     (0..64)
-        .find_map(|attempt| draw(seed.child("attempt", attempt), &format!("random-{:016x}", seed.value())))
+        .find_map(|attempt| {
+            draw(seed.child("attempt", attempt), &format!("random-{:016x}", seed.value()))
+        })
         .unwrap_or_else(|| {
             let shape = scene::Shape::Cube { size: 1.0 };
-            crate::shape_model("random-cube", shape, 2300.0).expect("a cube of one metre is a block")
+            crate::shape_model("random-cube", shape, 2300.0)
+                .expect("a cube of one metre is a block")
         })
 }
 
@@ -35,7 +38,8 @@ fn draw(seed: SeedTree, name: &str) -> Option<BlockModel> {
         18..22 => segments(&mut rng, regular),
         _ => frame(&mut rng, regular),
     };
-    let solids: Vec<ConvexSolid> = parts.iter().map(|c| ConvexSolid::from_corners(c)).collect::<Option<_>>()?;
+    let solids: Vec<ConvexSolid> =
+        parts.iter().map(|c| ConvexSolid::from_corners(c)).collect::<Option<_>>()?;
     let mesh = geom::union(&solids);
     mesh.check_solid().ok()?;
     let moments = mesh.moments();
@@ -47,7 +51,10 @@ fn draw(seed: SeedTree, name: &str) -> Option<BlockModel> {
     let scale = rng.random_range(0.5..1.6) / d_max;
     let place = |v: Vec3| (v - moments.centroid) * scale;
     let mesh = mesh.map(place);
-    let parts = parts.into_iter().map(|c| ConvexPart { corners: c.into_iter().map(place).collect() }).collect();
+    let parts = parts
+        .into_iter()
+        .map(|c| ConvexPart { corners: c.into_iter().map(place).collect() })
+        .collect();
     let symmetry = find_symmetry(&mesh, &SymmetryConfig::default()).ok()?;
     assemble(name, mesh, parts, 1.0, symmetry, 2300.0).ok()
 }
@@ -99,10 +106,13 @@ fn sides(rng: &mut Rng) -> usize {
 fn legs(rng: &mut Rng, regular: bool) -> Vec<Corners> {
     let count = rng.random_range(3..=6);
     let mut axes: Vec<Vec3> = match count {
-        3 => (0..3).map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::TAU / 3.0) * Vec3::X).collect(),
+        3 => (0..3)
+            .map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::TAU / 3.0) * Vec3::X)
+            .collect(),
         4 => crate::tetrapod::leg_axes().to_vec(),
         5 => {
-            let ring = (0..3).map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::TAU / 3.0) * Vec3::X);
+            let ring = (0..3)
+                .map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::TAU / 3.0) * Vec3::X);
             ring.chain([Vec3::Z, Vec3::NEG_Z]).collect()
         }
         _ => vec![Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z],
@@ -137,8 +147,11 @@ fn bars(rng: &mut Rng, regular: bool) -> Vec<Corners> {
     let offset = 0.7;
     let mut parts = vec![bar(Vec3::X, Vec3::ZERO, 1.0)];
     match arrangement {
-        0 => parts.extend([bar(Vec3::Y, Vec3::X * offset, 0.9), bar(Vec3::Z, Vec3::NEG_X * offset, 0.9)]),
-        1 => parts.extend([bar(Vec3::Y, Vec3::Z * 0.15, 0.9), bar(Vec3::Z, Vec3::NEG_Y * 0.1, 0.8)]),
+        0 => parts
+            .extend([bar(Vec3::Y, Vec3::X * offset, 0.9), bar(Vec3::Z, Vec3::NEG_X * offset, 0.9)]),
+        1 => {
+            parts.extend([bar(Vec3::Y, Vec3::Z * 0.15, 0.9), bar(Vec3::Z, Vec3::NEG_Y * 0.1, 0.8)])
+        }
         _ => parts.extend([bar(Vec3::Y, Vec3::X * 0.2, 1.0)]),
     }
     parts
@@ -151,7 +164,8 @@ fn core_with_noses(rng: &mut Rng, regular: bool) -> Vec<Corners> {
     let (n, root, taper) = (sides(rng), rng.random_range(0.2..0.32), rng.random_range(0.5..0.95));
     for axis in faces {
         if regular || rng.random_bool(0.7) {
-            let reach = half.dot(axis.abs()) + rng.random_range(0.25..0.5) * if regular { 1.0 } else { 1.3 };
+            let reach = half.dot(axis.abs())
+                + rng.random_range(0.25..0.5) * if regular { 1.0 } else { 1.3 };
             parts.push(frustum(axis, n, (0.0, root), (reach, root * taper), 0.37));
         }
     }
@@ -190,7 +204,8 @@ fn frame(rng: &mut Rng, regular: bool) -> Vec<Corners> {
             })
             .collect()
     };
-    let (wide, thick, half) = (rng.random_range(0.35..0.8), rng.random_range(0.12..0.25), rng.random_range(0.08..0.2));
+    let (wide, thick, half) =
+        (rng.random_range(0.35..0.8), rng.random_range(0.12..0.25), rng.random_range(0.08..0.2));
     let mut parts = vec![
         bar(Vec3::new(-1.0, wide - thick, -half), Vec3::new(1.0, wide, half)),
         bar(Vec3::new(-1.0, -wide, -half), Vec3::new(1.0, -wide + thick, half)),
@@ -208,8 +223,10 @@ fn frame(rng: &mut Rng, regular: bool) -> Vec<Corners> {
     }
     if rng.random_bool(0.6) {
         let side = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
-        let (x, y) =
-            (rng.random_range(-0.9..0.7), if regular { wide - thick } else { rng.random_range(-wide..wide - thick) });
+        let (x, y) = (
+            rng.random_range(-0.9..0.7),
+            if regular { wide - thick } else { rng.random_range(-wide..wide - thick) },
+        );
         let (top, bottom) = (rng.random_range(0.4..0.9), half * 0.5);
         let z = if side > 0.0 { [bottom, top] } else { [-top, -bottom] };
         parts.push(bar(Vec3::new(x, y, z[0]), Vec3::new(x + thick, y + thick, z[1])));
@@ -235,8 +252,11 @@ fn chamfered_box(rng: &mut Rng, regular: bool) -> Corners {
 fn cut_box(half: Vec3, cut: f32) -> Corners {
     (0..8)
         .flat_map(|i| {
-            let sign =
-                Vec3::new(1.0 - 2.0 * (i & 1) as f32, 1.0 - 2.0 * (i >> 1 & 1) as f32, 1.0 - 2.0 * (i >> 2) as f32);
+            let sign = Vec3::new(
+                1.0 - 2.0 * (i & 1) as f32,
+                1.0 - 2.0 * (i >> 1 & 1) as f32,
+                1.0 - 2.0 * (i >> 2) as f32,
+            );
             [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| (half - axis * cut) * sign)
         })
         .collect()

@@ -58,8 +58,11 @@ pub fn find_symmetry(mesh: &TriMesh, config: &SymmetryConfig) -> Result<Symmetry
         }
         let turn = turn(first.direction, config.revolution_steps);
         let across = axes.iter().find(|a| a.direction.dot(first.direction).abs() < 0.1);
-        let ends = across.map(|a| (a.direction - first.direction * a.direction.dot(first.direction)).normalize());
-        let generators: Vec<Quat> = [turn].into_iter().chain(ends.map(|e| Quat::from_axis_angle(e, PI))).collect();
+        let ends = across.map(|a| {
+            (a.direction - first.direction * a.direction.dot(first.direction)).normalize()
+        });
+        let generators: Vec<Quat> =
+            [turn].into_iter().chain(ends.map(|e| Quat::from_axis_angle(e, PI))).collect();
         let rotations = closure(&generators, 2 * config.revolution_steps as usize);
         return Ok(SymmetryGroup::new(centre, rotations).about_axis(first.direction));
     }
@@ -89,11 +92,13 @@ fn turn(axis: Vec3, fold: u32) -> Quat {
 
 /// Ideal groups the axes suggest, the largest first.
 fn candidates(axes: &[Axis]) -> Vec<Vec<Quat>> {
-    let of = |fold: u32| axes.iter().filter(move |a| matches!(a.order, Order::Fold(n) if n % fold == 0));
+    let of =
+        |fold: u32| axes.iter().filter(move |a| matches!(a.order, Order::Fold(n) if n % fold == 0));
     let mut groups = Vec::new();
     // Two axes of the same kind at the right angle make a polyhedral group.
     let pair = |fold: u32, angle: f32| {
-        let mut pairs = of(fold).enumerate().flat_map(|(i, a)| of(fold).skip(i + 1).map(move |b| (a, b)));
+        let mut pairs =
+            of(fold).enumerate().flat_map(|(i, a)| of(fold).skip(i + 1).map(move |b| (a, b)));
         pairs.find_map(|(a, b)| {
             let along = a.direction.dot(b.direction);
             let b = if along < 0.0 { -b.direction } else { b.direction };
@@ -113,8 +118,10 @@ fn candidates(axes: &[Axis]) -> Vec<Vec<Quat>> {
     }
     for axis in axes {
         let Order::Fold(n) = axis.order else { continue };
-        let across =
-            |b: &&Axis| matches!(b.order, Order::Fold(m) if m % 2 == 0) && b.direction.dot(axis.direction).abs() < 0.1;
+        let across = |b: &&Axis| {
+            matches!(b.order, Order::Fold(m) if m % 2 == 0)
+                && b.direction.dot(axis.direction).abs() < 0.1
+        };
         for b in axes.iter().filter(across) {
             let b = (b.direction - axis.direction * b.direction.dot(axis.direction)).normalize();
             groups.push(closure(&[turn(axis.direction, n), turn(b, 2)], 2 * n as usize));
@@ -138,8 +145,10 @@ fn axes(surface: &Surface, config: &SymmetryConfig) -> Vec<Axis> {
     // Prime orders find every axis; its full order is tested afterwards.
     for fold in [2, 3, 5, 7, 11] {
         let angle = TAU / fold as f32;
-        let coarse: Vec<f32> =
-            tried.par_iter().map(|&a| surface.coarse_distance(Quat::from_axis_angle(a, angle))).collect();
+        let coarse: Vec<f32> = tried
+            .par_iter()
+            .map(|&a| surface.coarse_distance(Quat::from_axis_angle(a, angle)))
+            .collect();
         let mut order: Vec<usize> = (0..tried.len()).filter(|&i| coarse[i] < 0.07).collect();
         order.sort_by(|&a, &b| coarse[a].total_cmp(&coarse[b]).then(a.cmp(&b)));
         let mut seeds: Vec<Vec3> = Vec::new();
@@ -152,9 +161,10 @@ fn axes(surface: &Surface, config: &SymmetryConfig) -> Vec<Axis> {
             .par_iter()
             .map(|&seed| {
                 let direction = surface.refine(seed, angle)?;
-                surface
-                    .is_symmetry(Quat::from_axis_angle(direction, angle))
-                    .then(|| Axis { direction, order: surface.order_about(direction, config.max_order) })
+                surface.is_symmetry(Quat::from_axis_angle(direction, angle)).then(|| Axis {
+                    direction,
+                    order: surface.order_about(direction, config.max_order),
+                })
             })
             .collect();
         for axis in refined.into_iter().flatten() {
@@ -216,7 +226,8 @@ impl Surface {
         let field = (0..FIELD * FIELD * FIELD)
             .into_par_iter()
             .map(|i| {
-                let p = Vec3::new(node(i % FIELD), node(i / FIELD % FIELD), node(i / FIELD / FIELD));
+                let p =
+                    Vec3::new(node(i % FIELD), node(i / FIELD % FIELD), node(i / FIELD / FIELD));
                 (query.nearest(p).0 - p).length()
             })
             .collect();
@@ -244,12 +255,14 @@ impl Surface {
     }
 
     fn field_at(&self, p: Vec3) -> f32 {
-        let scaled =
-            ((p / REACH + 1.0) * 0.5 * (FIELD - 1) as f32).clamp(Vec3::ZERO, Vec3::splat(FIELD as f32 - 1.001));
+        let scaled = ((p / REACH + 1.0) * 0.5 * (FIELD - 1) as f32)
+            .clamp(Vec3::ZERO, Vec3::splat(FIELD as f32 - 1.001));
         let base = scaled.floor();
         let f = scaled - base;
         let at = |dx: usize, dy: usize, dz: usize| {
-            self.field[((base.z as usize + dz) * FIELD + base.y as usize + dy) * FIELD + base.x as usize + dx]
+            self.field[((base.z as usize + dz) * FIELD + base.y as usize + dy) * FIELD
+                + base.x as usize
+                + dx]
         };
         let along = |dy, dz| at(0, dy, dz) * (1.0 - f.x) + at(1, dy, dz) * f.x;
         let plane = |dz| along(0, dz) * (1.0 - f.y) + along(1, dz) * f.y;
@@ -265,7 +278,8 @@ impl Surface {
             let (u, v) = axis.any_orthonormal_pair();
             let tilted = |d: Vec3| Quat::from_axis_angle((axis + d).normalize(), angle);
             let here = Quat::from_axis_angle(axis, angle);
-            let (left, right) = ([tilted(u * -STEP), tilted(v * -STEP)], [tilted(u * STEP), tilted(v * STEP)]);
+            let (left, right) =
+                ([tilted(u * -STEP), tilted(v * -STEP)], [tilted(u * STEP), tilted(v * STEP)]);
             let (mut a, mut b) = ([[0.0_f32; 2]; 2], [0.0_f32; 2]);
             let mut off = 0.0;
             for &p in self.points.iter().take(150) {
@@ -289,7 +303,10 @@ impl Surface {
             let ridge = 1e-6 * (a[0][0] + a[1][1]) + 1e-12;
             let (a00, a11) = (a[0][0] + ridge, a[1][1] + ridge);
             let determinant = a00 * a11 - a[0][1] * a[1][0];
-            let step = [(b[0] * a11 - b[1] * a[0][1]) / determinant, (b[1] * a00 - b[0] * a[1][0]) / determinant];
+            let step = [
+                (b[0] * a11 - b[1] * a[0][1]) / determinant,
+                (b[1] * a00 - b[0] * a[1][0]) / determinant,
+            ];
             let shift = (u * step[0] + v * step[1]).clamp_length_max(0.1);
             axis = (axis + shift).normalize();
             if shift.length() < 1e-6 {
@@ -315,7 +332,8 @@ impl Surface {
 
     fn order_about(&self, axis: Vec3, max_order: u32) -> Order {
         // Angles with no common divisor: only a body of revolution keeps them all.
-        let round = (1..=12).all(|k| self.is_symmetry(Quat::from_axis_angle(axis, k as f32 * 2.399_963)));
+        let round =
+            (1..=12).all(|k| self.is_symmetry(Quat::from_axis_angle(axis, k as f32 * 2.399_963)));
         if round {
             return Order::Any;
         }

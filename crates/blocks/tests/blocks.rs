@@ -24,7 +24,13 @@ fn solids(model: &BlockModel) -> Vec<ConvexSolid> {
 }
 
 fn spec(shape: Option<Shape>, mesh: Option<&str>, unit: Option<LengthUnit>) -> BlockSpec {
-    BlockSpec { name: "unit".into(), shape, mesh: mesh.map(Into::into), unit, density_kg_m3: 2300.0 }
+    BlockSpec {
+        name: "unit".into(),
+        shape,
+        mesh: mesh.map(Into::into),
+        unit,
+        density_kg_m3: 2300.0,
+    }
 }
 
 #[test]
@@ -62,7 +68,12 @@ fn symmetry_found_on_the_mesh_is_the_one_built_in() {
         // The same rotations, seen in the moved coordinates.
         for &q in found.rotations() {
             let back = turn.inverse() * q * turn;
-            let nearest = model.symmetry.rotations().iter().map(|g| back.angle_between(*g)).fold(9.0, f32::min);
+            let nearest = model
+                .symmetry
+                .rotations()
+                .iter()
+                .map(|g| back.angle_between(*g))
+                .fold(9.0, f32::min);
             assert!(nearest < 0.01, "{s:?}: {nearest}");
         }
     }
@@ -93,7 +104,8 @@ fn bodies_of_revolution_are_flagged() {
 
 #[test]
 fn a_block_with_no_symmetry_has_the_identity() {
-    let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.3, 1.1, 0.0], [0.1, 0.4, 0.9]].map(Vec3::from_array);
+    let corners =
+        [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.3, 1.1, 0.0], [0.1, 0.4, 0.9]].map(Vec3::from_array);
     let wedge = geom::union(&[ConvexSolid::from_corners(&corners).unwrap()]);
     assert_eq!(find_symmetry(&wedge, &SymmetryConfig::default()).unwrap().order(), 1);
 }
@@ -159,10 +171,15 @@ fn thin_walls_are_cut_until_their_parts_are_the_solid() {
                     .collect::<Vec<_>>(),
             )
         };
-        geom::union(&[slab(Vec3::new(1.0, 0.6, 0.1)).unwrap(), slab(Vec3::new(0.1, 0.6, 0.8)).unwrap()])
+        geom::union(&[
+            slab(Vec3::new(1.0, 0.6, 0.1)).unwrap(),
+            slab(Vec3::new(0.1, 0.6, 0.8)).unwrap(),
+        ])
     };
     let cut_only = ConvexConfig { steps: Vec::new(), ..Default::default() };
-    for (mesh, most) in [(tube(24, 0.85, 1.5), 40), (bracket, 8), (shape(Shape::Dolos { size: 2.0 }).mesh, 40)] {
+    for (mesh, most) in
+        [(tube(24, 0.85, 1.5), 40), (bracket, 8), (shape(Shape::Dolos { size: 2.0 }).mesh, 40)]
+    {
         assert_eq!(mesh.check_solid(), Ok(()));
         let (parts, ratio) = convex_parts(&mesh, &cut_only);
         assert!((ratio - 1.0).abs() < 0.085, "{} parts, {ratio}", parts.len());
@@ -185,14 +202,20 @@ fn parts_that_are_not_the_solid_are_warned_about() {
 #[test]
 fn what_is_wrong_is_named() {
     let none = |_: &Path| Err("unit.stl: no such file".to_string());
-    let fails = |block: Vec<BlockSpec>| catalog(&CatalogSpec { block }, &none).unwrap_err().to_string();
+    let fails =
+        |block: Vec<BlockSpec>| catalog(&CatalogSpec { block }, &none).unwrap_err().to_string();
     let cube = Some(Shape::Cube { size: 1.0 });
     assert!(fails(vec![]).contains("no [[block]]"));
     assert!(fails(vec![spec(None, None, None)]).contains("either `shape` or `mesh`"));
     assert!(fails(vec![spec(None, Some("unit.stl"), None)]).contains("add `unit"));
-    assert!(fails(vec![spec(None, Some("unit.stl"), Some(LengthUnit::M))]).contains("no such file"));
+    assert!(
+        fails(vec![spec(None, Some("unit.stl"), Some(LengthUnit::M))]).contains("no such file")
+    );
     assert!(fails(vec![spec(cube, None, None), spec(cube, None, None)]).contains("twice"));
-    assert!(fails(vec![spec(Some(Shape::Dolos { size: f32::NAN }), None, None)]).contains("not a positive length"));
+    assert!(
+        fails(vec![spec(Some(Shape::Dolos { size: f32::NAN }), None, None)])
+            .contains("not a positive length")
+    );
 
     let mut open = shape(Shape::Cube { size: 1.0 }).mesh;
     open.triangles.pop();
@@ -202,7 +225,12 @@ fn what_is_wrong_is_named() {
     let mut nan = shape(Shape::Cube { size: 1.0 }).mesh;
     nan.vertices[3].y = f32::NAN;
     assert!(mesh_model("unit", &nan, 2300.0).unwrap_err().to_string().contains("vertex 3"));
-    assert!(mesh_model("unit", &TriMesh::default(), 2300.0).unwrap_err().to_string().contains("no triangles"));
+    assert!(
+        mesh_model("unit", &TriMesh::default(), 2300.0)
+            .unwrap_err()
+            .to_string()
+            .contains("no triangles")
+    );
 }
 
 #[test]

@@ -31,7 +31,14 @@ impl Drawings {
     }
 
     /// Writes every export of a run into `folder`.
-    pub fn export(&self, folder: &Path, name: &str, works: &Works, plan: &Plan, seed: u64) -> Result<(), Exit> {
+    pub fn export(
+        &self,
+        folder: &Path,
+        name: &str,
+        works: &Works,
+        plan: &Plan,
+        seed: u64,
+    ) -> Result<(), Exit> {
         let frame = &works.survey.frame;
         let sections = self.section_lines(works);
         let drawing = Drawing {
@@ -49,7 +56,12 @@ impl Drawings {
             ("deficit-before", Raster::of_differences(&self.deficit_before, frame)),
             ("deficit-after", Raster::of_differences(&self.deficit_after, frame)),
         ];
-        let set = ExportSet { drawing, seed, maps: &maps, surfaces: &["design", "as-surveyed", "planned"] };
+        let set = ExportSet {
+            drawing,
+            seed,
+            maps: &maps,
+            surfaces: &["design", "as-surveyed", "planned"],
+        };
         Ok(export_set::write(folder, &set)?)
     }
 
@@ -63,7 +75,9 @@ impl Drawings {
                 let place: Vec2 = cut.from + along * (p[0] - cut.from_offset_m);
                 [east + f64::from(place.x), north + f64::from(place.y), f64::from(p[1])]
             };
-            for (surface, points) in [("design", &cut.design), ("as-is", &cut.as_surveyed), ("planned", &cut.planned)] {
+            for (surface, points) in
+                [("design", &cut.design), ("as-is", &cut.as_surveyed), ("planned", &cut.planned)]
+            {
                 for piece in points.split(|p| !p[1].is_finite()).filter(|piece| piece.len() > 1) {
                     lines.push(SectionLine {
                         chainage_m: cut.chainage_m,

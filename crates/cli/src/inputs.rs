@@ -9,8 +9,8 @@ use io::manifest::Entry;
 use io::{IoError, RawCloud};
 use pipeline::survey::{RawSurvey, local_survey};
 use scene::{
-    Area, AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec, InstanceId, Judgement,
-    Recognised, SensorKind, SiteFrame, Survey,
+    Area, AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec,
+    InstanceId, Judgement, Recognised, SensorKind, SiteFrame, Survey,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,8 +24,8 @@ pub fn catalog(file: &Path, observer: &dyn Observer) -> Result<Catalog, Exit> {
 /// The models of a catalogue whose meshes lie beside `file`.
 pub fn models(spec: &CatalogSpec, file: &Path, observer: &dyn Observer) -> Result<Catalog, Exit> {
     let load = io::site::mesh_loader(file);
-    let catalog =
-        blocks::catalog(spec, &load).map_err(|e| Exit::bad_input(anyhow!(e).context(file.display().to_string())))?;
+    let catalog = blocks::catalog(spec, &load)
+        .map_err(|e| Exit::bad_input(anyhow!(e).context(file.display().to_string())))?;
     for warning in blocks::warnings(&catalog) {
         observer.event(Event::Warned(warning));
     }
@@ -54,7 +54,12 @@ fn describe(model: &BlockModel) -> String {
 }
 
 /// A cloud, or what of it lies in the area; of a COPC only the tiles that touch it are read.
-fn cloud(file: &Path, area: Option<&Area>, axes: AxisOrder, terminal: &Terminal) -> Result<RawCloud, Exit> {
+fn cloud(
+    file: &Path,
+    area: Option<&Area>,
+    axes: AxisOrder,
+    terminal: &Terminal,
+) -> Result<RawCloud, Exit> {
     let Some(area) = area else { return io::points::read(file, terminal).or_bad_input() };
     area.check().or_bad_input()?;
     let [low, high] = area.corners(axes);
@@ -121,7 +126,8 @@ pub struct SiteInputs {
 pub fn site(folder: &Path, terminal: &Terminal) -> Result<SiteInputs, Exit> {
     let site = io::site::load(folder).or_bad_input()?;
     let hashed = |name: PathBuf| Ok((name.clone(), io::manifest::entry(&site.folder.join(name))?));
-    let hashes = site.inputs().into_iter().map(hashed).collect::<Result<_, io::IoError>>().or_bad_input()?;
+    let hashes =
+        site.inputs().into_iter().map(hashed).collect::<Result<_, io::IoError>>().or_bad_input()?;
     let catalog = models(&site.catalog, &site.catalog_file, terminal)?;
     let survey = site_survey(&site, terminal)?;
     Ok(SiteInputs { site, catalog, survey, hashes })
@@ -144,16 +150,26 @@ fn site_survey(site: &io::site::Site, terminal: &Terminal) -> Result<Survey, Exi
             vertical_offset_m: spec.vertical_offset_m.unwrap_or(0.0),
         });
     }
-    local_survey(&raw, site.spec.axis_order, &site.spec.crs, &site.spec.vertical_datum).or_bad_input()
+    local_survey(&raw, site.spec.axis_order, &site.spec.crs, &site.spec.vertical_datum)
+        .or_bad_input()
 }
 
 /// The design surface of a site, checked; `None` when it has none.
-pub fn design(site: &io::site::Site, observer: &dyn Observer) -> Result<Option<DesignSurface>, Exit> {
+pub fn design(
+    site: &io::site::Site,
+    observer: &dyn Observer,
+) -> Result<Option<DesignSurface>, Exit> {
     if let (Some(file), Some(spec)) = (&site.design_file, &site.spec.design_file) {
-        return Ok(Some(io::design_file::read(file, spec.cell_m, site.spec.axis_order, observer).or_bad_input()?));
+        return Ok(Some(
+            io::design_file::read(file, spec.cell_m, site.spec.axis_order, observer)
+                .or_bad_input()?,
+        ));
     }
     let Some(design) = &site.spec.design else { return Ok(None) };
-    design.check().with_context(|| site.folder.join("site.toml").display().to_string()).or_bad_input()?;
+    design
+        .check()
+        .with_context(|| site.folder.join("site.toml").display().to_string())
+        .or_bad_input()?;
     Ok(Some(design.clone()))
 }
 
@@ -164,7 +180,8 @@ pub fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
         GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
         GroundSpec::Plane(plane) => {
             let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
-            let normal = DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
+            let normal =
+                DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
             let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
             Ground::Plane { point: survey.frame.local_from_site(point), normal }
         }
@@ -172,7 +189,12 @@ pub fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
 }
 
 /// A row of `blocks.csv` or `truth.csv` as a block; what the row does not say is taken as certain and unhidden.
-pub fn recognised(row: &BlockRow, catalog: &Catalog, frame: &SiteFrame, file: &Path) -> Result<Recognised, Exit> {
+pub fn recognised(
+    row: &BlockRow,
+    catalog: &Catalog,
+    frame: &SiteFrame,
+    file: &Path,
+) -> Result<Recognised, Exit> {
     let model = catalog.find(&row.model).ok_or_else(|| {
         let known: Vec<_> = catalog.iter().map(|(_, m)| m.name.as_str()).collect();
         Exit::bad_input(anyhow!(

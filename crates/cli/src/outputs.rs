@@ -25,7 +25,8 @@ pub fn short_digits(value: &impl serde::Serialize) -> Result<Value, serde_json::
 
 /// Site coordinates of a survey's points, with its CRS.
 fn site_cloud(survey: &Survey) -> RawCloud {
-    let position: Vec<DVec3> = survey.cloud.position_m.iter().map(|&p| survey.frame.site_from_local(p)).collect();
+    let position: Vec<DVec3> =
+        survey.cloud.position_m.iter().map(|&p| survey.frame.site_from_local(p)).collect();
     let crs = Some(survey.frame.crs.clone()).filter(|c| c.starts_with("EPSG:"));
     let line = (!survey.line.is_empty()).then(|| survey.line.clone());
     RawCloud { position, line, crs, ..RawCloud::default() }
@@ -47,22 +48,38 @@ pub fn explained_cloud(survey: &Survey, blocks: &[Recognised]) -> RawCloud {
     for block in blocks.iter().filter(|b| b.judgement == Judgement::Accepted) {
         for &point in &block.points {
             let i = point as usize;
-            (instance[i], model[i], confidence[i]) = (block.block.0, block.model.0 + 1, block.confidence);
+            (instance[i], model[i], confidence[i]) =
+                (block.block.0, block.model.0 + 1, block.confidence);
         }
     }
-    RawCloud { instance: Some(instance), model: Some(model), confidence: Some(confidence), ..site_cloud(survey) }
+    RawCloud {
+        instance: Some(instance),
+        model: Some(model),
+        confidence: Some(confidence),
+        ..site_cloud(survey)
+    }
 }
 
 /// Rows of `blocks.csv`: accepted blocks; those not judged follow in `not_judged.csv`.
-pub fn block_rows(blocks: &[Recognised], judgement: Judgement, catalog: &Catalog, frame: &SiteFrame) -> Vec<BlockRow> {
-    blocks.iter().filter(|b| b.judgement == judgement).map(|b| BlockRow::of_recognised(b, catalog, frame)).collect()
+pub fn block_rows(
+    blocks: &[Recognised],
+    judgement: Judgement,
+    catalog: &Catalog,
+    frame: &SiteFrame,
+) -> Vec<BlockRow> {
+    blocks
+        .iter()
+        .filter(|b| b.judgement == judgement)
+        .map(|b| BlockRow::of_recognised(b, catalog, frame))
+        .collect()
 }
 
 /// Fit of the recognised blocks to the survey, computed from the files' own values.
 pub fn recognise_summary(survey: &Survey, recognition: &Recognition, catalog: &Catalog) -> Value {
     let blocks = pipeline::placed_blocks(&recognition.blocks);
     let threshold_m = fitting_threshold_m(catalog);
-    let distance = metrics::model_distances_m(&survey.cloud.position_m, &blocks, catalog, threshold_m);
+    let distance =
+        metrics::model_distances_m(&survey.cloud.position_m, &blocks, catalog, threshold_m);
     let on_blocks: Vec<f32> = recognition
         .blocks
         .iter()
@@ -103,7 +120,11 @@ pub fn fitting_threshold_m(catalog: &Catalog) -> f32 {
 }
 
 /// Writes `segment/` of a run.
-pub fn write_segment(run: &RunFolder, survey: &Survey, recognition: &Recognition) -> Result<(), Exit> {
+pub fn write_segment(
+    run: &RunFolder,
+    survey: &Survey,
+    recognition: &Recognition,
+) -> Result<(), Exit> {
     io::points::write(&run.segment_cloud(), &labelled_cloud(survey, &recognition.segmentation))?;
     Ok(())
 }
@@ -127,10 +148,19 @@ pub fn write_recognise(
 }
 
 /// Writes `plan/` of a run; returns its summary.
-pub fn write_plan(run: &RunFolder, works: &Works, plan: &Plan, range: Option<Value>) -> Result<Value, Exit> {
+pub fn write_plan(
+    run: &RunFolder,
+    works: &Works,
+    plan: &Plan,
+    range: Option<Value>,
+) -> Result<Value, Exit> {
     let frame = &works.survey.frame;
-    let rows: Vec<_> =
-        plan.placements.iter().chain(&plan.removed).map(|p| PlacementRow::of(p, works.catalog, frame)).collect();
+    let rows: Vec<_> = plan
+        .placements
+        .iter()
+        .chain(&plan.removed)
+        .map(|p| PlacementRow::of(p, works.catalog, frame))
+        .collect();
     io::placements_csv::write(&run.placements(), &rows)?;
     let mut summary = short_digits(&plan.summary)?;
     if let Some(range) = range {

@@ -3,7 +3,10 @@
 use crate::drawings::Drawings;
 use geom::Warning;
 use pipeline::Works;
-use report::{Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind, Text};
+use report::{
+    Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
+    SectionLineKind, Text,
+};
 use scene::{Catalog, Judgement, Plan, Recognised, Review, Scene, Survey};
 use serde_json::Value;
 
@@ -43,7 +46,11 @@ pub struct Page {
 const PICTURE: (usize, usize) = (1400, 800);
 
 /// PNG of a survey and the blocks recognised in it.
-pub fn picture(survey: &Survey, catalog: &Catalog, blocks: &[Recognised]) -> Result<Vec<u8>, report::ReportError> {
+pub fn picture(
+    survey: &Survey,
+    catalog: &Catalog,
+    blocks: &[Recognised],
+) -> Result<Vec<u8>, report::ReportError> {
     let mut page = ReportInput::new("", survey, catalog);
     page.recognised = blocks;
     cover(&page)
@@ -97,13 +104,17 @@ pub fn page(input: &PageInput) -> Result<Page, report::ReportError> {
             values: accepted().map(|b| b.confidence * 100.0).collect(),
         },
         Histogram {
-            label: Text::new("Distance of the planned surface below the design", "計画後の面と計画面との差"),
+            label: Text::new(
+                "Distance of the planned surface below the design",
+                "計画後の面と計画面との差",
+            ),
             unit: "m".into(),
             values: drawings.deficit_after.z_m.clone(),
         },
     ];
     page.assumptions = assumptions(works);
-    page.warnings = input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
+    page.warnings =
+        input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
     page.provenance = input.provenance.clone();
     Ok(Page { html: report::html(&page)?, png: cover(&page)? })
 }
@@ -116,7 +127,9 @@ fn count(input: &PageInput) -> Count {
     let varied = range["by_thresholds"].as_array().is_some_and(|t| t.len() > 1);
     let basis = match (p10_p90, range["plans"].as_u64()) {
         (Some(_), Some(n)) if varied => Text::new(
-            format!("P10 to P90 of {n} simulated plans with different seeds, minimum volumes and overflow thresholds"),
+            format!(
+                "P10 to P90 of {n} simulated plans with different seeds, minimum volumes and overflow thresholds"
+            ),
             format!("乱数の種・最小体積・許容突出量を変えた{n}回の計画の10～90パーセンタイル"),
         ),
         (Some(_), Some(n)) => Text::new(
@@ -190,7 +203,10 @@ fn sections(drawings: &Drawings) -> Vec<Section> {
         .sections
         .iter()
         .map(|cut| Section {
-            label: Text::new(format!("Chainage {:.1} m", cut.chainage_m), format!("距離 {:.1} m", cut.chainage_m)),
+            label: Text::new(
+                format!("Chainage {:.1} m", cut.chainage_m),
+                format!("距離 {:.1} m", cut.chainage_m),
+            ),
             from: cut.from,
             to: cut.to,
             lines: vec![

@@ -74,7 +74,9 @@ impl Terminal {
     pub fn warn_again(&self, line: String) {
         if self.json {
             let (stage, message) = line.split_once(": ").unwrap_or(("", &line));
-            print_line(&json!({ "event": "warning", "stage": stage, "message": message }).to_string());
+            print_line(
+                &json!({ "event": "warning", "stage": stage, "message": message }).to_string(),
+            );
         } else if !self.quiet {
             self.above_bar(&format!("warning: {line}"));
         }
@@ -85,7 +87,10 @@ impl Terminal {
     pub fn failed(&self, exit: &Exit) {
         self.clear();
         if self.json {
-            print_line(&json!({ "event": "failed", "code": exit.code(), "message": exit.line() }).to_string());
+            print_line(
+                &json!({ "event": "failed", "code": exit.code(), "message": exit.line() })
+                    .to_string(),
+            );
         }
         eprintln!("tsumu: {}", exit.line());
     }
@@ -99,7 +104,13 @@ impl Terminal {
     }
 
     fn above_bar(&self, line: &str) {
-        match self.running.lock().expect("no thread panics with this lock").as_ref().and_then(|r| r.bar.as_ref()) {
+        match self
+            .running
+            .lock()
+            .expect("no thread panics with this lock")
+            .as_ref()
+            .and_then(|r| r.bar.as_ref())
+        {
             Some(bar) => bar.suspend(|| eprintln!("{line}")),
             None => eprintln!("{line}"),
         }
@@ -110,11 +121,19 @@ impl Observer for Terminal {
     fn event(&self, event: Event) {
         if self.json {
             let value = match &event {
-                Event::Started { stage, total } => json!({ "event": "started", "stage": stage, "total": total }),
-                Event::Advanced { stage, done } => json!({ "event": "advanced", "stage": stage, "done": done }),
+                Event::Started { stage, total } => {
+                    json!({ "event": "started", "stage": stage, "total": total })
+                }
+                Event::Advanced { stage, done } => {
+                    json!({ "event": "advanced", "stage": stage, "done": done })
+                }
                 Event::Finished { stage } => json!({ "event": "finished", "stage": stage }),
-                Event::Warned(w) => json!({ "event": "warning", "stage": w.stage, "message": w.message }),
-                Event::Noted { stage, message } => json!({ "event": "note", "stage": stage, "message": message }),
+                Event::Warned(w) => {
+                    json!({ "event": "warning", "stage": w.stage, "message": w.message })
+                }
+                Event::Noted { stage, message } => {
+                    json!({ "event": "note", "stage": stage, "message": message })
+                }
                 _ => return,
             };
             print_line(&value.to_string());
@@ -163,7 +182,8 @@ fn bar(stage: &'static str, total: u64) -> ProgressBar {
         "{msg:>10} {spinner} {pos}  {elapsed} gone"
     };
     let style = ProgressStyle::with_template(template).expect("the template is constant");
-    let bar = ProgressBar::with_draw_target((total > 0).then_some(total), ProgressDrawTarget::stderr());
+    let bar =
+        ProgressBar::with_draw_target((total > 0).then_some(total), ProgressDrawTarget::stderr());
     bar.set_style(style);
     bar.set_message(stage);
     bar

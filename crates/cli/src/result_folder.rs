@@ -15,12 +15,19 @@ impl RunFolder {
     pub fn for_writing(root: &Path) -> Result<Self, Exit> {
         let folder = Self { root: root.to_path_buf() };
         if root.is_file() {
-            return Err(Exit::bad_input(anyhow!("{}: is a file, not a folder; choose another --out", root.display())));
+            return Err(Exit::bad_input(anyhow!(
+                "{}: is a file, not a folder; choose another --out",
+                root.display()
+            )));
         }
         let entries = match std::fs::read_dir(root) {
             Ok(entries) => entries,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(folder),
-            Err(e) => return Err(Exit::failed(anyhow!(e).context(format!("cannot read {}", root.display())))),
+            Err(e) => {
+                return Err(Exit::failed(
+                    anyhow!(e).context(format!("cannot read {}", root.display())),
+                ));
+            }
         };
         let ours = [
             "config.toml",

@@ -20,7 +20,9 @@ pub fn of_site(folder: &Path) -> Result<Option<Review>, Exit> {
 /// A review that the user named.
 pub fn of_file(file: &Path) -> Result<Review, Exit> {
     let review = io::review::read(file).or_bad_input()?;
-    review.ok_or_else(|| Exit::bad_input(anyhow!("cannot read {}: there is no such file", file.display())))
+    review.ok_or_else(|| {
+        Exit::bad_input(anyhow!("cannot read {}: there is no such file", file.display()))
+    })
 }
 
 /// What a review did.
@@ -38,9 +40,11 @@ pub fn honour<'a>(
     terminal: &Terminal,
 ) -> Result<Option<Honoured<'a>>, Exit> {
     let Some(review) = review else { return Ok(None) };
-    let changes = pipeline::review::honour(review, catalog, frame, blocks, terminal).or_bad_input()?;
+    let changes =
+        pipeline::review::honour(review, catalog, frame, blocks, terminal).or_bad_input()?;
     for change in changes.iter().filter(|c| !c.changed.is_empty()) {
-        let message = format!("reviewed block {}: {}", change.reviewed_block_id, change.changed.join(", "));
+        let message =
+            format!("reviewed block {}: {}", change.reviewed_block_id, change.changed.join(", "));
         terminal.event(Event::Noted { stage: "review", message });
     }
     let honoured = Honoured { review, changes };
@@ -51,7 +55,11 @@ pub fn honour<'a>(
 impl Honoured<'_> {
     fn line(&self) -> String {
         let changed = self.changes.iter().filter(|c| !c.changed.is_empty()).count();
-        let by = if self.review.reviewer.is_empty() { "an unnamed reviewer" } else { &self.review.reviewer };
+        let by = if self.review.reviewer.is_empty() {
+            "an unnamed reviewer"
+        } else {
+            &self.review.reviewer
+        };
         format!(
             "{} decisions by {by} honoured ({FILE}); {changed} of them changed this run's blocks",
             self.changes.len()
@@ -64,8 +72,12 @@ impl Honoured<'_> {
             json!({ "block_id": b.block_id, "verdict": b.verdict, "model": b.model, "note": b.note,
                     "block_id_in_this_run": c.block_id, "changed": c.changed })
         };
-        let decisions: Vec<_> = self.review.blocks.iter().zip(&self.changes).map(decision).collect();
-        manifest.notes.insert("review".into(), json!({ "reviewer": self.review.reviewer, "decisions": decisions }));
+        let decisions: Vec<_> =
+            self.review.blocks.iter().zip(&self.changes).map(decision).collect();
+        manifest.notes.insert(
+            "review".into(),
+            json!({ "reviewer": self.review.reviewer, "decisions": decisions }),
+        );
     }
 }
 
@@ -74,9 +86,15 @@ pub fn provenance(manifest: &Manifest) -> Option<(Text, String)> {
     let review = manifest.notes.get("review")?;
     let decisions = review["decisions"].as_array().map_or(&[][..], Vec::as_slice);
     let with = |verdict: &str| decisions.iter().filter(|d| d["verdict"] == verdict).count();
-    let changed = decisions.iter().filter(|d| d["changed"].as_array().is_some_and(|c| !c.is_empty())).count();
+    let changed =
+        decisions.iter().filter(|d| d["changed"].as_array().is_some_and(|c| !c.is_empty())).count();
     let by = review["reviewer"].as_str().filter(|r| !r.is_empty()).unwrap_or("–");
-    let counts = format!("{by}: {} ✓, {} ✗, {} ✎; {changed} ≠", with("accepted"), with("rejected"), with("corrected"));
+    let counts = format!(
+        "{by}: {} ✓, {} ✗, {} ✎; {changed} ≠",
+        with("accepted"),
+        with("rejected"),
+        with("corrected")
+    );
     let label = Text::new(
         "Review (by; accepted ✓, rejected ✗, corrected ✎; otherwise than the program ≠)",
         "照査（照査者; 承認 ✓、却下 ✗、修正 ✎; プログラムの判定と異なるもの ≠）",
@@ -85,7 +103,11 @@ pub fn provenance(manifest: &Manifest) -> Option<(Text, String)> {
 }
 
 /// The site's review when it is the one that a run honoured; another one is warned of.
-pub fn honoured_one(site: &Path, manifest: Option<&Manifest>, terminal: &Terminal) -> Result<Option<Review>, Exit> {
+pub fn honoured_one(
+    site: &Path,
+    manifest: Option<&Manifest>,
+    terminal: &Terminal,
+) -> Result<Option<Review>, Exit> {
     let path = site.join(FILE);
     if !path.exists() {
         return Ok(None);
@@ -93,7 +115,8 @@ pub fn honoured_one(site: &Path, manifest: Option<&Manifest>, terminal: &Termina
     if manifest.and_then(|m| m.inputs.get(FILE)) == Some(&io::manifest::entry(&path)?) {
         return of_site(site);
     }
-    let message = format!("{} is not the one this run honoured; `tsumu run` again does so", path.display());
+    let message =
+        format!("{} is not the one this run honoured; `tsumu run` again does so", path.display());
     terminal.event(Event::Warned(Warning { stage: "review", message }));
     Ok(None)
 }

@@ -7,13 +7,19 @@ use pipeline::Config;
 use serde::de::DeserializeOwned;
 
 /// The settings of a site.
-pub fn of_site(site: &io::site::Site, policy: Option<PolicyName>, plans: Option<u32>) -> Result<Config, Exit> {
+pub fn of_site(
+    site: &io::site::Site,
+    policy: Option<PolicyName>,
+    plans: Option<u32>,
+) -> Result<Config, Exit> {
     let spec = &site.spec;
     let mut planning = spec.plan.clone();
     let uncertainty = match planning.remove("uncertainty") {
         Some(toml::Value::Table(inner)) => table(&inner, "plan.uncertainty")?,
         Some(_) => {
-            return Err(Exit::bad_input(anyhow!("site.toml, [plan]: uncertainty is a table, [plan.uncertainty]")));
+            return Err(Exit::bad_input(anyhow!(
+                "site.toml, [plan]: uncertainty is a table, [plan.uncertainty]"
+            )));
         }
         None => Default::default(),
     };
@@ -34,5 +40,8 @@ pub fn of_site(site: &io::site::Site, policy: Option<PolicyName>, plans: Option<
 }
 
 fn table<T: DeserializeOwned>(table: &toml::Table, name: &str) -> Result<T, Exit> {
-    toml::Value::Table(table.clone()).try_into().with_context(|| format!("site.toml, [{name}]")).or_bad_input()
+    toml::Value::Table(table.clone())
+        .try_into()
+        .with_context(|| format!("site.toml, [{name}]"))
+        .or_bad_input()
 }

@@ -35,7 +35,11 @@ impl Chosen {
 }
 
 /// The user's weights (a file, or the folder of a training), or the shipped ones that suit the catalogue.
-pub fn choose(path: Option<&Path>, catalog: &Catalog, observer: &dyn Observer) -> Result<Chosen, Exit> {
+pub fn choose(
+    path: Option<&Path>,
+    catalog: &Catalog,
+    observer: &dyn Observer,
+) -> Result<Chosen, Exit> {
     let (model, from, file) = match path {
         Some(path) if is_shipped(path) => (load(path)?, "shipped", None),
         Some(path) => (load(path)?, "of your own", Some(io::manifest::entry(&weights_file(path))?)),
@@ -71,7 +75,9 @@ pub fn proposer(
 ) -> Result<Option<PlacementModel>, Exit> {
     if config.policy != Policy::Network {
         return match path {
-            Some(_) => Err(Exit::bad_input(anyhow!("--placement-model goes with --policy network"))),
+            Some(_) => {
+                Err(Exit::bad_input(anyhow!("--placement-model goes with --policy network")))
+            }
             None => Ok(None),
         };
     }
@@ -90,15 +96,19 @@ pub fn proposer(
     let description = &model.description;
     let message = format!("placement network: {} ({} steps)", description.name, description.steps);
     observer.event(Event::Noted { stage: "plan", message });
-    let strange = |name: &String| catalog.find(name).is_some_and(|id| !model.knows(catalog.get(id)));
+    let strange =
+        |name: &String| catalog.find(name).is_some_and(|id| !model.knows(catalog.get(id)));
     let placed = config.block.iter().filter(|n| strange(n)).cloned();
-    let any = catalog.iter().filter(|(_, b)| config.block.is_none() && !model.knows(b)).map(|(_, b)| b.name.clone());
-    let strangers: Vec<String> = placed.chain(any).collect();
-    if !strangers.is_empty() {
+    let any = catalog
+        .iter()
+        .filter(|(_, b)| config.block.is_none() && !model.knows(b))
+        .map(|(_, b)| b.name.clone());
+    let unseen_types: Vec<String> = placed.chain(any).collect();
+    if !unseen_types.is_empty() {
         let message = format!(
             "the placement network never saw the shape of {}: its proposals may be poor; use policy `search`, or train \
              one with `tsumu train placement`",
-            strangers.join(", ")
+            unseen_types.join(", ")
         );
         observer.event(Event::Warned(Warning { stage: "plan", message }));
     }
@@ -108,7 +118,10 @@ pub fn proposer(
 /// Names the user's placement network in the manifest: a plan follows from it.
 pub fn record_proposer(path: Option<&Path>, manifest: &mut Manifest) -> Result<(), Exit> {
     if let Some(path) = path {
-        manifest.notes.insert("placement_network_file".into(), json!(io::manifest::entry(&weights_file(path))?));
+        manifest.notes.insert(
+            "placement_network_file".into(),
+            json!(io::manifest::entry(&weights_file(path))?),
+        );
     }
     Ok(())
 }

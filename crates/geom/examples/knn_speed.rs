@@ -26,7 +26,10 @@ fn main() {
     let tree = ImmutableKdTree::new_from_slice(&entries).expect("distinct points");
     let mut differ = 0;
     for (i, p) in entries.iter().enumerate() {
-        let found = tree.query(p).nearest_n::<SquaredEuclidean<f32>>(NonZero::new(k).expect("80")).execute();
+        let found = tree
+            .query(p)
+            .nearest_n::<SquaredEuclidean<f32>>(NonZero::new(k).expect("80"))
+            .execute();
         differ += usize::from(found.iter().zip(table.row(i)).any(|(f, &j)| f.item != j));
     }
     let kiddo = clock.elapsed().as_secs_f64();

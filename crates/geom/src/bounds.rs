@@ -13,7 +13,8 @@ pub struct Bounds {
 
 impl Bounds {
     /// The box that holds nothing; growing it by a point gives that point.
-    pub const EMPTY: Self = Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
+    pub const EMPTY: Self =
+        Self { min: Vec3::splat(f32::INFINITY), max: Vec3::splat(f32::NEG_INFINITY) };
 
     /// Smallest box around the points; [`Bounds::EMPTY`] for none.
     pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {

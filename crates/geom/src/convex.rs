@@ -58,11 +58,14 @@ impl ConvexSolid {
             })
             .collect();
         let mut order: Vec<usize> = (0..triangles.len()).collect();
-        order.sort_by(|&a, &b| cross[b].length_squared().total_cmp(&cross[a].length_squared()).then(a.cmp(&b)));
+        order.sort_by(|&a, &b| {
+            cross[b].length_squared().total_cmp(&cross[a].length_squared()).then(a.cmp(&b))
+        });
         let mut planes: Vec<HalfSpace> = Vec::new();
         for t in order {
             let corners = triangles[t].map(|i| points[i as usize]);
-            let known = planes.iter().any(|p| corners.iter().all(|&c| p.distance_m(c).abs() <= flat));
+            let known =
+                planes.iter().any(|p| corners.iter().all(|&c| p.distance_m(c).abs() <= flat));
             if known || cross[t].length() <= flat * flat {
                 continue;
             }
@@ -72,7 +75,8 @@ impl ConvexSolid {
             let offset_m = points.iter().map(|p| normal.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
             planes.push(HalfSpace { normal, offset_m });
         }
-        let faces: Vec<Vec<DVec3>> = planes.iter().map(|plane| face_on(plane, &points, flat)).collect();
+        let faces: Vec<Vec<DVec3>> =
+            planes.iter().map(|plane| face_on(plane, &points, flat)).collect();
         let whole = planes.len() >= 4 && faces.iter().all(|f| f.len() >= 3);
         whole.then_some(Self { planes, faces, size_m })
     }
@@ -86,7 +90,8 @@ impl ConvexSolid {
     pub fn volume_m3(&self) -> f64 {
         let inside = self.faces[0][0];
         let pyramid = |(plane, face): (&HalfSpace, &Vec<DVec3>)| {
-            let area: DVec3 = (2..face.len()).map(|i| (face[i - 1] - face[0]).cross(face[i] - face[0])).sum();
+            let area: DVec3 =
+                (2..face.len()).map(|i| (face[i - 1] - face[0]).cross(face[i] - face[0])).sum();
             area.length() / 6.0 * -plane.distance_m(inside)
         };
         self.planes.iter().zip(&self.faces).map(pyramid).sum()
@@ -113,7 +118,8 @@ impl ConvexSolid {
 
 /// The corners on a plane, in counter-clockwise order seen from outside.
 fn face_on(plane: &HalfSpace, points: &[DVec3], flat: f64) -> Vec<DVec3> {
-    let mut on: Vec<DVec3> = points.iter().copied().filter(|p| plane.distance_m(*p).abs() <= 2.0 * flat).collect();
+    let mut on: Vec<DVec3> =
+        points.iter().copied().filter(|p| plane.distance_m(*p).abs() <= 2.0 * flat).collect();
     if on.is_empty() {
         return on;
     }
@@ -128,7 +134,8 @@ fn face_on(plane: &HalfSpace, points: &[DVec3], flat: f64) -> Vec<DVec3> {
 /// Volume of the union of convex solids: exact chords along x through `rows` × `rows` stratified lines.
 pub fn union_volume_m3(solids: &[ConvexSolid], rows: usize) -> f64 {
     let corners = || solids.iter().flat_map(|s| s.faces.iter().flatten().copied());
-    let (Some(low), Some(high)) = (corners().reduce(DVec3::min), corners().reduce(DVec3::max)) else {
+    let (Some(low), Some(high)) = (corners().reduce(DVec3::min), corners().reduce(DVec3::max))
+    else {
         return 0.0;
     };
     let (dy, dz) = ((high.y - low.y) / rows as f64, (high.z - low.z) / rows as f64);
@@ -138,7 +145,8 @@ pub fn union_volume_m3(solids: &[ConvexSolid], rows: usize) -> f64 {
         for iy in 0..rows {
             // A golden-ratio shift along each row keeps lines off faces that run along the axes.
             let shift = (iz as f64 * 0.618_033_988_75).fract();
-            let origin = DVec3::new(low.x, low.y + (iy as f64 + shift) * dy, low.z + (iz as f64 + 0.5) * dz);
+            let origin =
+                DVec3::new(low.x, low.y + (iy as f64 + shift) * dy, low.z + (iz as f64 + 0.5) * dz);
             chords.clear();
             chords.extend(solids.iter().filter_map(|s| s.chord(origin, DVec3::X)));
             chords.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -158,7 +166,10 @@ mod tests {
 
     fn cube(low: f32, edge: f32) -> Vec<Vec3> {
         (0..8)
-            .map(|i| Vec3::splat(low) + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * edge)
+            .map(|i| {
+                Vec3::splat(low)
+                    + Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * edge
+            })
             .collect()
     }
 
@@ -179,7 +190,8 @@ mod tests {
 
     #[test]
     fn overlapping_cubes_count_once() {
-        let solids = [cube(0.0, 1.0), cube(0.5, 1.0)].map(|c| ConvexSolid::from_corners(&c).unwrap());
+        let solids =
+            [cube(0.0, 1.0), cube(0.5, 1.0)].map(|c| ConvexSolid::from_corners(&c).unwrap());
         let volume = union_volume_m3(&solids, 96);
         assert!((volume - 1.875).abs() < 0.005, "{volume}");
     }

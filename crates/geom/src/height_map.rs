@@ -43,8 +43,10 @@ impl CellRect {
 
     /// Shared cells over all cells of both.
     pub fn iou(&self, other: &Self) -> f32 {
-        let across = |a0: usize, a1: usize, b0: usize, b1: usize| a1.min(b1).saturating_sub(a0.max(b0));
-        let both = across(self.x0, self.x1, other.x0, other.x1) * across(self.y0, self.y1, other.y0, other.y1);
+        let across =
+            |a0: usize, a1: usize, b0: usize, b1: usize| a1.min(b1).saturating_sub(a0.max(b0));
+        let both = across(self.x0, self.x1, other.x0, other.x1)
+            * across(self.y0, self.y1, other.y0, other.y1);
         both as f32 / (self.area() + other.area() - both).max(1) as f32
     }
 }
@@ -70,7 +72,10 @@ impl HeightMap {
 
     /// Centre of a cell.
     pub fn centre(&self, ix: usize, iy: usize) -> Vec2 {
-        Vec2::new(self.origin[0] + ix as f32 * self.cell_m, self.origin[1] + iy as f32 * self.cell_m)
+        Vec2::new(
+            self.origin[0] + ix as f32 * self.cell_m,
+            self.origin[1] + iy as f32 * self.cell_m,
+        )
     }
 
     /// Height of a cell; NaN when empty.
@@ -148,9 +153,14 @@ impl HeightMap {
             let known = self.z_m.clone();
             let (nx, ny) = (self.nx, self.ny);
             let two_sided = |ix: usize, iy: usize| {
-                let row = between((0..ix).rev().map(|i| known[iy * nx + i]), (ix + 1..nx).map(|i| known[iy * nx + i]));
-                let column =
-                    between((0..iy).rev().map(|j| known[j * nx + ix]), (iy + 1..ny).map(|j| known[j * nx + ix]));
+                let row = between(
+                    (0..ix).rev().map(|i| known[iy * nx + i]),
+                    (ix + 1..nx).map(|i| known[iy * nx + i]),
+                );
+                let column = between(
+                    (0..iy).rev().map(|j| known[j * nx + ix]),
+                    (iy + 1..ny).map(|j| known[j * nx + ix]),
+                );
                 match (row, column) {
                     (Some((a, wa)), Some((b, wb))) => Some((a * wa + b * wb) / (wa + wb)),
                     (one, other) => one.or(other).map(|(z, _)| z),
@@ -215,7 +225,8 @@ impl HeightMap {
 
     /// Lowest, mean and highest known height; `None` when every cell is empty.
     pub fn min_mean_max_m(&self) -> Option<(f32, f32, f32)> {
-        let (mut low, mut high, mut sum, mut count) = (f32::INFINITY, f32::NEG_INFINITY, 0.0_f64, 0_u64);
+        let (mut low, mut high, mut sum, mut count) =
+            (f32::INFINITY, f32::NEG_INFINITY, 0.0_f64, 0_u64);
         for &z in self.z_m.iter().filter(|z| !z.is_nan()) {
             (low, high, sum, count) = (low.min(z), high.max(z), sum + f64::from(z), count + 1);
         }
@@ -242,8 +253,12 @@ fn lower(old: f32, z: f32) -> f32 {
 }
 
 /// Linear interpolation between the first known value on either side, with weight 1 / distance between them.
-fn between(before: impl Iterator<Item = f32>, after: impl Iterator<Item = f32>) -> Option<(f32, f32)> {
-    let first = |mut side: Box<dyn Iterator<Item = (usize, f32)> + '_>| side.find(|(_, z)| !z.is_nan());
+fn between(
+    before: impl Iterator<Item = f32>,
+    after: impl Iterator<Item = f32>,
+) -> Option<(f32, f32)> {
+    let first =
+        |mut side: Box<dyn Iterator<Item = (usize, f32)> + '_>| side.find(|(_, z)| !z.is_nan());
     let (i, a) = first(Box::new(before.enumerate()))?;
     let (j, b) = first(Box::new(after.enumerate()))?;
     let (left, right) = ((i + 1) as f32, (j + 1) as f32);
@@ -305,7 +320,11 @@ mod tests {
         map.fill_empty();
         assert_eq!(map.min_mean_max_m(), None);
         assert_eq!(map.sample_m(0.5, 0.5), None);
-        map.raise_points(&[Vec3::new(0.1, 0.1, 3.0), Vec3::new(9.0, 9.0, 9.0), Vec3::new(0.1, 0.1, 2.0)]);
+        map.raise_points(&[
+            Vec3::new(0.1, 0.1, 3.0),
+            Vec3::new(9.0, 9.0, 9.0),
+            Vec3::new(0.1, 0.1, 2.0),
+        ]);
         map.fill_empty();
         assert!(map.z_m.iter().all(|&z| (z - 3.0).abs() < 1e-6));
     }

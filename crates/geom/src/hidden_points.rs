@@ -37,7 +37,11 @@ pub enum HiddenPointsError {
 }
 
 /// Indices of the visible points, ascending; `radius_factor` above 1, e.g. [`RADIUS_FACTOR`].
-pub fn visible(points: &[Vec3], viewpoint: Vec3, radius_factor: f32) -> Result<Vec<usize>, HiddenPointsError> {
+pub fn visible(
+    points: &[Vec3],
+    viewpoint: Vec3,
+    radius_factor: f32,
+) -> Result<Vec<usize>, HiddenPointsError> {
     if points.len() < 4 {
         return Ok((0..points.len()).collect());
     }
@@ -57,7 +61,8 @@ pub fn visible(points: &[Vec3], viewpoint: Vec3, radius_factor: f32) -> Result<V
         let z = depth / distance * (2.0 * radius - distance);
         flipped.push(DVec3::new(d.dot(right) / depth, d.dot(up) / depth, 1.0 / z));
     }
-    let (low, high) = flipped.iter().fold((flipped[0], flipped[0]), |(l, h), p| (l.min(*p), h.max(*p)));
+    let (low, high) =
+        flipped.iter().fold((flipped[0], flipped[0]), |(l, h), p| (l.min(*p), h.max(*p)));
     let size = (high - low).max(DVec3::splat(f64::MIN_POSITIVE));
     let mut unit: Vec<DVec3> = flipped.iter().map(|p| (*p - low) / size - 0.5).collect();
     unit.push(DVec3::new(0.0, 0.0, APEX));
@@ -93,11 +98,18 @@ mod tests {
         let right = seen.iter().filter(|&&i| faces(&points[i])).count();
         let all = points.iter().filter(|p| faces(p)).count();
         assert!(right as f32 > 0.97 * all as f32, "{right} of {all}");
-        assert!((seen.len() - right) as f32 <= 0.05 * all as f32, "{} too many", seen.len() - right);
+        assert!(
+            (seen.len() - right) as f32 <= 0.05 * all as f32,
+            "{} too many",
+            seen.len() - right
+        );
     }
 
     #[test]
     fn a_viewpoint_inside_is_named() {
-        assert!(matches!(visible(&sphere(500), Vec3::ZERO, 100.0), Err(HiddenPointsError::NotOutside { .. })));
+        assert!(matches!(
+            visible(&sphere(500), Vec3::ZERO, 100.0),
+            Err(HiddenPointsError::NotOutside { .. })
+        ));
     }
 }

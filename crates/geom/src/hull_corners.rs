@@ -28,7 +28,8 @@ pub fn hull_corners(points: &[DVec3]) -> Option<Vec<usize>> {
             continue;
         }
         let height = |p: usize| facets[f].normal.dot(points[p]) - facets[f].offset;
-        let tip = facets[f].outside.iter().copied().max_by(|a, b| height(*a).total_cmp(&height(*b)))?;
+        let tip =
+            facets[f].outside.iter().copied().max_by(|a, b| height(*a).total_cmp(&height(*b)))?;
         let (seen, horizon) = seen_from(&facets, f, points[tip]);
         let mut loose = Vec::new();
         for &s in &seen {
@@ -53,7 +54,8 @@ pub fn hull_corners(points: &[DVec3]) -> Option<Vec<usize>> {
         share(points, loose.into_iter().filter(|&p| p != tip), &mut facets[first..last]);
         waiting.extend(first..last);
     }
-    let mut corners: Vec<usize> = facets.iter().filter(|f| f.alive).flat_map(|f| f.corners).collect();
+    let mut corners: Vec<usize> =
+        facets.iter().filter(|f| f.alive).flat_map(|f| f.corners).collect();
     corners.sort_unstable();
     corners.dedup();
     Some(corners)
@@ -63,7 +65,14 @@ impl Facet {
     fn new(points: &[DVec3], corners: [usize; 3]) -> Self {
         let [a, b, c] = corners.map(|i| points[i]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        Self { corners, normal, offset: normal.dot(a), beyond: [usize::MAX; 3], outside: Vec::new(), alive: true }
+        Self {
+            corners,
+            normal,
+            offset: normal.dot(a),
+            beyond: [usize::MAX; 3],
+            outside: Vec::new(),
+            alive: true,
+        }
     }
 
     fn sees(&self, p: DVec3) -> bool {
@@ -109,7 +118,8 @@ fn seen_from(facets: &[Facet], start: usize, p: DVec3) -> (Vec<usize>, Vec<Horiz
 
 fn first_tetrahedron(points: &[DVec3]) -> Option<Vec<Facet>> {
     let farthest = |value: &dyn Fn(DVec3) -> f64| {
-        let best = (0..points.len()).max_by(|&a, &b| value(points[a]).total_cmp(&value(points[b])))?;
+        let best =
+            (0..points.len()).max_by(|&a, &b| value(points[a]).total_cmp(&value(points[b])))?;
         (value(points[best]) > EPSILON).then_some(best)
     };
     let a = (0..points.len()).min_by(|&i, &j| points[i].x.total_cmp(&points[j].x))?;
@@ -120,13 +130,17 @@ fn first_tetrahedron(points: &[DVec3]) -> Option<Vec<Facet>> {
     let d = farthest(&|p| normal.dot(p - points[a]).abs())?;
     // Outward corners: d must lie behind the first facet.
     let (b, c) = if normal.dot(points[d] - points[a]) > 0.0 { (c, b) } else { (b, c) };
-    let mut facets: Vec<Facet> =
-        [[a, b, c], [a, d, b], [b, d, c], [c, d, a]].map(|corners| Facet::new(points, corners)).into();
+    let mut facets: Vec<Facet> = [[a, b, c], [a, d, b], [b, d, c], [c, d, a]]
+        .map(|corners| Facet::new(points, corners))
+        .into();
     for f in 0..4 {
         for edge in 0..3 {
             let (from, to) = (facets[f].corners[edge], facets[f].corners[(edge + 1) % 3]);
             let beyond = (0..4).find(|&g| {
-                g != f && (0..3).any(|e| facets[g].corners[e] == to && facets[g].corners[(e + 1) % 3] == from)
+                g != f
+                    && (0..3).any(|e| {
+                        facets[g].corners[e] == to && facets[g].corners[(e + 1) % 3] == from
+                    })
             })?;
             facets[f].beyond[edge] = beyond;
         }
@@ -144,9 +158,12 @@ mod tests {
     #[test]
     fn a_filled_cube_has_eight_corners() {
         let mut rng = SeedTree::new(1).rng();
-        let mut points: Vec<DVec3> =
-            (0..2000).map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(0.01..0.99)))).collect();
-        points.extend((0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2))));
+        let mut points: Vec<DVec3> = (0..2000)
+            .map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(0.01..0.99))))
+            .collect();
+        points.extend(
+            (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2))),
+        );
         assert_eq!(hull_corners(&points), Some((2000..2008).collect()));
     }
 
@@ -154,7 +171,10 @@ mod tests {
     fn every_point_of_a_sphere_is_a_corner_and_a_plane_has_none() {
         let mut rng = SeedTree::new(2).rng();
         let sphere: Vec<DVec3> = (0..5000)
-            .map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0_f64))).normalize_or(DVec3::X))
+            .map(|_| {
+                DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0_f64)))
+                    .normalize_or(DVec3::X)
+            })
             .collect();
         assert_eq!(hull_corners(&sphere).map(|c| c.len()), Some(5000));
         let plane: Vec<DVec3> = sphere.iter().map(|p| DVec3::new(p.x, p.y, 0.5)).collect();

@@ -104,7 +104,11 @@ impl Grid {
     /// Runs of cells with the given x and y and z between the limits are contiguous: their points' range.
     fn column(&self, x: i32, y: i32, z0: i32, z1: i32) -> std::ops::Range<usize> {
         let from = self.cells.partition_point(|c| (c[0], c[1], c[2]) < (x, y, z0));
-        let to = from + self.cells[from..].iter().take_while(|c| (c[0], c[1]) == (x, y) && c[2] <= z1).count();
+        let to = from
+            + self.cells[from..]
+                .iter()
+                .take_while(|c| (c[0], c[1]) == (x, y) && c[2] <= z1)
+                .count();
         self.start[from]..self.start[to]
     }
 }
@@ -163,16 +167,26 @@ impl Search {
     }
 
     /// Writes the neighbours of point `q`; false when points outside the ring could still be nearer.
-    fn query(&mut self, grid: &Grid, cell: usize, ring: i32, q: usize, everything: bool, out: &mut [u32]) -> bool {
+    fn query(
+        &mut self,
+        grid: &Grid,
+        cell: usize,
+        ring: i32,
+        q: usize,
+        everything: bool,
+        out: &mut [u32],
+    ) -> bool {
         let k = out.len();
         let (px, py, pz) = (grid.x[q], grid.y[q], grid.z[q]);
         self.key.clear();
-        self.key.extend(self.x.iter().zip(&self.y).zip(&self.z).zip(&self.id).map(|(((x, y), z), &id)| {
-            let (dx, dy, dz) = (x - px, y - py, z - pz);
-            let d2 = dx * dx + dy * dy + dz * dz;
-            // Bits of a non-negative float sort like the float; the index breaks ties.
-            (u64::from(d2.to_bits()) << 32) | u64::from(id)
-        }));
+        self.key.extend(self.x.iter().zip(&self.y).zip(&self.z).zip(&self.id).map(
+            |(((x, y), z), &id)| {
+                let (dx, dy, dz) = (x - px, y - py, z - pz);
+                let d2 = dx * dx + dy * dy + dz * dz;
+                // Bits of a non-negative float sort like the float; the index breaks ties.
+                (u64::from(d2.to_bits()) << 32) | u64::from(id)
+            },
+        ));
         if k < self.key.len() {
             self.key.select_nth_unstable(k - 1);
         }
@@ -185,8 +199,9 @@ impl Search {
                 let high = origin + (c + ring + 1) as f32 * grid.cell_m - p;
                 low.min(high)
             };
-            let seen =
-                margin(px, grid.origin.x, cx).min(margin(py, grid.origin.y, cy)).min(margin(pz, grid.origin.z, cz));
+            let seen = margin(px, grid.origin.x, cx)
+                .min(margin(py, grid.origin.y, cy))
+                .min(margin(pz, grid.origin.z, cz));
             // Rounding of the cell borders must not hide a neighbour.
             let seen = (seen - grid.cell_m * 1e-3).max(0.0);
             if f32::from_bits((best[k - 1] >> 32) as u32) > seen * seen {

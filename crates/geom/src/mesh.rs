@@ -95,7 +95,10 @@ impl TriMesh {
 
     /// The mesh with every vertex mapped by `f`.
     pub fn map(&self, f: impl Fn(Vec3) -> Vec3) -> Self {
-        Self { vertices: self.vertices.iter().map(|&v| f(v)).collect(), triangles: self.triangles.clone() }
+        Self {
+            vertices: self.vertices.iter().map(|&v| f(v)).collect(),
+            triangles: self.triangles.clone(),
+        }
     }
 
     /// Vertices closer than `tolerance_m` become one (STL repeats every corner); degenerate triangles go.
@@ -227,13 +230,20 @@ impl TriMesh {
                 next.wrapping_sub(1)
             })
             .collect();
-        let vertices = self.vertices.iter().zip(&used).filter(|(_, u)| **u).map(|(v, _)| *v).collect();
-        Self { vertices, triangles: self.triangles.iter().map(|t| t.map(|i| remap[i as usize])).collect() }
+        let vertices =
+            self.vertices.iter().zip(&used).filter(|(_, u)| **u).map(|(v, _)| *v).collect();
+        Self {
+            vertices,
+            triangles: self.triangles.iter().map(|t| t.map(|i| remap[i as usize])).collect(),
+        }
     }
 
     /// Every triangle turned to face the other way.
     pub fn flipped(&self) -> Self {
-        Self { vertices: self.vertices.clone(), triangles: self.triangles.iter().map(|t| [t[0], t[2], t[1]]).collect() }
+        Self {
+            vertices: self.vertices.clone(),
+            triangles: self.triangles.iter().map(|t| [t[0], t[2], t[1]]).collect(),
+        }
     }
 
     /// The other mesh's triangles appended.
@@ -277,7 +287,10 @@ mod tests {
         let solid = tetrahedron();
         let mut soup = TriMesh::default();
         for t in 0..4 {
-            soup.append(&TriMesh { vertices: solid.corners(t).to_vec(), triangles: vec![[0, 1, 2]] });
+            soup.append(&TriMesh {
+                vertices: solid.corners(t).to_vec(),
+                triangles: vec![[0, 1, 2]],
+            });
         }
         assert!(soup.check_solid().is_err());
         assert_eq!(soup.welded(1e-5).check_solid(), Ok(()));

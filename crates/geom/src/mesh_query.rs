@@ -52,7 +52,8 @@ impl MeshQuery {
 
     /// First hit of the ray within `max_m`; `direction` must be a unit vector.
     pub fn cast_ray(&self, origin: Vec3, direction: Vec3, max_m: f32) -> Option<Hit> {
-        let hit = self.mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), max_m, false)?;
+        let hit =
+            self.mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), max_m, false)?;
         let triangle = hit.subshape;
         let normal = self.mesh.triangle(triangle).normal().unwrap_or(Vec3::ZERO);
         Some(Hit { distance_m: hit.time_of_impact, normal, triangle })
@@ -60,13 +61,15 @@ impl MeshQuery {
 
     /// Nearest point of the surface and its triangle.
     pub fn nearest(&self, point: Vec3) -> (Vec3, u32) {
-        let (projection, (triangle, _)) = self.mesh.project_local_point_and_get_location(point, false);
+        let (projection, (triangle, _)) =
+            self.mesh.project_local_point_and_get_location(point, false);
         (projection.point, triangle)
     }
 
     /// Nearest point of the surface with the signed distance to it; the sign needs a watertight mesh.
     pub fn nearest_signed(&self, point: Vec3) -> Nearest {
-        let (projection, (triangle, _)) = self.mesh.project_local_point_and_get_location(point, false);
+        let (projection, (triangle, _)) =
+            self.mesh.project_local_point_and_get_location(point, false);
         let distance = (projection.point - point).length();
         let distance_m = if projection.is_inside { -distance } else { distance };
         Nearest { point: projection.point, distance_m, triangle }
@@ -85,9 +88,13 @@ mod tests {
     use super::*;
 
     fn cube() -> TriMesh {
-        let vertices = (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32)).collect();
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        let vertices = (0..8)
+            .map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32))
+            .collect();
+        let quads =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles =
+            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
         TriMesh { vertices, triangles }
     }
 

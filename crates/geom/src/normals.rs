@@ -9,7 +9,11 @@ use rayon::prelude::*;
 
 /// Normal of every point from the neighbours within `radius_m`, turned towards `sensor(point)` — the unit direction
 /// from a point to the sensor that saw it.
-pub fn normals(points: &[Vec3], radius_m: f32, sensor: &(dyn Fn(Vec3) -> Vec3 + Sync)) -> Vec<Vec3> {
+pub fn normals(
+    points: &[Vec3],
+    radius_m: f32,
+    sensor: &(dyn Fn(Vec3) -> Vec3 + Sync),
+) -> Vec<Vec3> {
     let grid = PointGrid::new(points, radius_m * 0.5);
     points
         .par_iter()
@@ -72,7 +76,9 @@ pub fn smallest_direction(m: &Mat3) -> Option<Vec3> {
     // Rows of (m − λI) span the plane across the eigenvector: the longest cross product is the safest.
     let r = m - Mat3::from_diagonal(Vec3::splat(smallest));
     let crosses = [r.x_axis.cross(r.y_axis), r.y_axis.cross(r.z_axis), r.z_axis.cross(r.x_axis)];
-    let best = crosses.into_iter().fold(Vec3::ZERO, |b, v| if v.length_squared() > b.length_squared() { v } else { b });
+    let best = crosses
+        .into_iter()
+        .fold(Vec3::ZERO, |b, v| if v.length_squared() > b.length_squared() { v } else { b });
     best.try_normalize()
 }
 

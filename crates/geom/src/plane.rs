@@ -26,7 +26,11 @@ impl Plane {
 
     /// The same plane with its normal on the side of `direction`.
     pub fn facing(self, direction: Vec3) -> Self {
-        if self.normal.dot(direction) < 0.0 { Self { normal: -self.normal, offset_m: -self.offset_m } } else { self }
+        if self.normal.dot(direction) < 0.0 {
+            Self { normal: -self.normal, offset_m: -self.offset_m }
+        } else {
+            self
+        }
     }
 
     /// Least-squares plane through the points; `None` for fewer than three or points on a line.
@@ -66,7 +70,9 @@ pub fn find_plane(
     let step = points.len().div_ceil(SCORED);
     let scored: Vec<Vec3> = points.iter().copied().step_by(step).collect();
     let upright = max_tilt_rad.map_or(0.0, f32::cos);
-    let count = |plane: &Plane| scored.iter().filter(|&&p| plane.distance_m(p).abs() <= thickness_m).count();
+    let count = |plane: &Plane| {
+        scored.iter().filter(|&&p| plane.distance_m(p).abs() <= thickness_m).count()
+    };
     let mut best: Option<(usize, Plane)> = None;
     for _ in 0..DRAWS {
         let [a, b, c] = std::array::from_fn(|_| points[rng.random_range(0..points.len())]);
@@ -82,7 +88,8 @@ pub fn find_plane(
     }
     let mut plane = best?.1;
     for _ in 0..3 {
-        let near: Vec<Vec3> = points.iter().copied().filter(|&p| plane.distance_m(p).abs() <= thickness_m).collect();
+        let near: Vec<Vec3> =
+            points.iter().copied().filter(|&p| plane.distance_m(p).abs() <= thickness_m).collect();
         match Plane::through(&near) {
             Some(better) => plane = better.facing(Vec3::Z),
             None => break,
@@ -100,19 +107,23 @@ const MOST_WALLS: usize = 5;
 pub fn find_walls(points: &[Vec3], thickness_m: f32, seed: SeedTree) -> Vec<Plane> {
     let mut rng = seed.rng();
     let mut left: Vec<Vec3> = points.to_vec();
-    let scored: Vec<Vec3> = points.iter().copied().step_by(points.len().div_ceil(SCORED).max(1)).collect();
+    let scored: Vec<Vec3> =
+        points.iter().copied().step_by(points.len().div_ceil(SCORED).max(1)).collect();
     let mut walls: Vec<Plane> = Vec::new();
     while walls.len() < MOST_WALLS && left.len() >= 30 {
         // Three points of one neighbourhood: three of the whole cloud hardly ever share a wall.
         let grid = PointGrid::new(&left, 10.0 * thickness_m);
         let step = left.len().div_ceil(SCORED).max(1);
         let rest: Vec<Vec3> = left.iter().copied().step_by(step).collect();
-        let beyond = |plane: &Plane| scored.iter().filter(|&&p| plane.distance_m(p) < -2.0 * thickness_m).count();
+        let beyond = |plane: &Plane| {
+            scored.iter().filter(|&&p| plane.distance_m(p) < -2.0 * thickness_m).count()
+        };
         let mut best: Option<(usize, Plane)> = None;
         for _ in 0..DRAWS {
             let a = left[rng.random_range(0..left.len())];
             let near = grid.within(a, 20.0 * thickness_m);
-            let [b, c] = std::array::from_fn(|_| left[near[rng.random_range(0..near.len())] as usize]);
+            let [b, c] =
+                std::array::from_fn(|_| left[near[rng.random_range(0..near.len())] as usize]);
             let Some(normal) = (b - a).cross(c - a).try_normalize() else { continue };
             let plane = Plane { normal, offset_m: normal.dot(a) };
             let turned = Plane { normal: -normal, offset_m: -plane.offset_m };
@@ -126,7 +137,11 @@ pub fn find_walls(points: &[Vec3], thickness_m: f32, seed: SeedTree) -> Vec<Plan
         }
         let Some((_, mut plane)) = best else { break };
         for _ in 0..3 {
-            let near: Vec<Vec3> = left.iter().copied().filter(|&p| plane.distance_m(p).abs() <= thickness_m).collect();
+            let near: Vec<Vec3> = left
+                .iter()
+                .copied()
+                .filter(|&p| plane.distance_m(p).abs() <= thickness_m)
+                .collect();
             if let Some(better) = Plane::through(&near) {
                 plane = better.facing(plane.normal);
             }
@@ -154,11 +169,17 @@ mod tests {
     #[test]
     fn finds_the_floor_under_clutter() {
         let mut points: Vec<Vec3> = (0..400)
-            .map(|i| Vec3::new((i % 20) as f32 * 0.1, (i / 20) as f32 * 0.1, 0.05 * (i % 20) as f32 * 0.1))
+            .map(|i| {
+                Vec3::new(
+                    (i % 20) as f32 * 0.1,
+                    (i / 20) as f32 * 0.1,
+                    0.05 * (i % 20) as f32 * 0.1,
+                )
+            })
             .collect();
-        points.extend(
-            (0..200).map(|i| Vec3::new((i % 7) as f32 * 0.2, (i % 11) as f32 * 0.15, 0.2 + (i % 13) as f32 * 0.1)),
-        );
+        points.extend((0..200).map(|i| {
+            Vec3::new((i % 7) as f32 * 0.2, (i % 11) as f32 * 0.15, 0.2 + (i % 13) as f32 * 0.1)
+        }));
         let (plane, n) = find_plane(&points, 0.01, Some(0.3), SeedTree::new(1)).unwrap();
         assert!(n >= 400);
         let slope = -plane.normal.x / plane.normal.z;
@@ -168,7 +189,8 @@ mod tests {
     #[test]
     fn a_bin_loses_its_floor_and_walls_and_keeps_its_contents() {
         let r = |i: usize, k: f64| ((i + 1) as f64 * k).fract() as f32;
-        let mut points: Vec<Vec3> = (0..2000).map(|i| Vec3::new(r(i, 0.754_877), r(i, 0.569_840), 0.0)).collect();
+        let mut points: Vec<Vec3> =
+            (0..2000).map(|i| Vec3::new(r(i, 0.754_877), r(i, 0.569_840), 0.0)).collect();
         points.extend((0..600).map(|i| Vec3::new(0.0, r(i, 0.754_877), 0.4 * r(i, 0.569_840))));
         points.extend((0..600).map(|i| Vec3::new(r(i, 0.754_877), 1.0, 0.4 * r(i, 0.569_840))));
         let bin = points.len();

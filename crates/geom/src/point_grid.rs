@@ -23,7 +23,8 @@ impl PointGrid {
     /// Sorts the points into cells of edge `cell_m`; positions that are not finite are left out.
     pub fn new(points: &[Vec3], cell_m: f32) -> Self {
         let bounds = Bounds::of(points.iter().copied().filter(|p| p.is_finite()));
-        let (origin, size) = if bounds.is_empty() { (Vec3::ZERO, Vec3::ZERO) } else { (bounds.min, bounds.size()) };
+        let (origin, size) =
+            if bounds.is_empty() { (Vec3::ZERO, Vec3::ZERO) } else { (bounds.min, bounds.size()) };
         // No more than 2²⁰ cells along an axis, so that keys fit whatever the cell.
         let cell_m = cell_m.max(size.max_element() / 1_048_576.0).max(f32::MIN_POSITIVE);
         let count = (size / cell_m).to_array().map(|n| n as u64 + 1);
@@ -49,14 +50,23 @@ impl PointGrid {
     }
 
     /// Calls `found(index, position, squared distance)` for every point within `radius_m` of `centre`.
-    pub fn for_each_within(&self, centre: Vec3, radius_m: f32, mut found: impl FnMut(u32, Vec3, f32)) {
+    pub fn for_each_within(
+        &self,
+        centre: Vec3,
+        radius_m: f32,
+        mut found: impl FnMut(u32, Vec3, f32),
+    ) {
         if self.key.is_empty() || !centre.is_finite() || radius_m < 0.0 {
             return;
         }
         let low = (centre - radius_m - self.origin) / self.cell_m;
         let high = (centre + radius_m - self.origin) / self.cell_m;
         let last = self.count.map(|n| (n - 1) as f32);
-        if high.min_element() < 0.0 || low.x > last[0] + 1.0 || low.y > last[1] + 1.0 || low.z > last[2] + 1.0 {
+        if high.min_element() < 0.0
+            || low.x > last[0] + 1.0
+            || low.y > last[1] + 1.0
+            || low.z > last[2] + 1.0
+        {
             return;
         }
         let range = |axis: usize| {
@@ -120,7 +130,9 @@ pub fn thin(points: &[Vec3], cell_m: f32) -> Thinned {
         let end = start + grid.key[start..].partition_point(|&k| k == grid.key[start]);
         let mean = grid.position[start..end].iter().copied().sum::<Vec3>() / (end - start) as f32;
         let off = |i: usize| (grid.position[i] - mean).length_squared();
-        let best = (start..end).min_by(|&a, &b| off(a).total_cmp(&off(b))).expect("a cell in the list has a point");
+        let best = (start..end)
+            .min_by(|&a, &b| off(a).total_cmp(&off(b)))
+            .expect("a cell in the list has a point");
         kept_by_cell.push((grid.index[best], start, end));
         start = end;
     }

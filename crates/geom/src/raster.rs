@@ -14,7 +14,12 @@ pub(crate) struct Raster {
 
 impl Raster {
     /// Tells `cover` every cell centre the posed mesh lies over or under, with the height there.
-    pub fn visit(self, mesh: &TriMesh, map_from_mesh: &Pose, mut cover: impl FnMut(usize, f32)) -> CellRect {
+    pub fn visit(
+        self,
+        mesh: &TriMesh,
+        map_from_mesh: &Pose,
+        mut cover: impl FnMut(usize, f32),
+    ) -> CellRect {
         let vertices: Vec<Vec3> = mesh.vertices.iter().map(|&v| *map_from_mesh * v).collect();
         let (mut min, mut max) = (Vec2::splat(f32::INFINITY), Vec2::splat(f32::NEG_INFINITY));
         for v in &vertices {
@@ -66,8 +71,10 @@ impl Raster {
         let hair = 1e-5;
         for iy in y0..y1 {
             for ix in x0..x1 {
-                let centre =
-                    Vec2::new(self.origin[0] + ix as f32 * self.cell_m, self.origin[1] + iy as f32 * self.cell_m);
+                let centre = Vec2::new(
+                    self.origin[0] + ix as f32 * self.cell_m,
+                    self.origin[1] + iy as f32 * self.cell_m,
+                );
                 let p = centre - a.truncate();
                 let (v, w) = (p.perp_dot(ac) / twice, ab.perp_dot(p) / twice);
                 if v >= -hair && w >= -hair && v + w <= 1.0 + hair {

@@ -31,7 +31,11 @@ impl DistanceField {
         let node = (0..plane * count[2])
             .into_par_iter()
             .map(|i| {
-                let at = Vec3::new((i % count[0]) as f32, (i / count[0] % count[1]) as f32, (i / plane) as f32);
+                let at = Vec3::new(
+                    (i % count[0]) as f32,
+                    (i / count[0] % count[1]) as f32,
+                    (i / plane) as f32,
+                );
                 let p = bounds.min + at * cell_m;
                 let found = query.nearest_signed(p);
                 let outward = (p - found.point) * found.distance_m.signum();
@@ -94,10 +98,18 @@ mod tests {
     /// A box of 2 × 1 × 1 m about the origin, whose distance has a closed form.
     fn cuboid() -> TriMesh {
         let vertices = (0..8)
-            .map(|i| Vec3::new((i & 1) as f32 * 2.0 - 1.0, (i >> 1 & 1) as f32 - 0.5, (i >> 2) as f32 - 0.5))
+            .map(|i| {
+                Vec3::new(
+                    (i & 1) as f32 * 2.0 - 1.0,
+                    (i >> 1 & 1) as f32 - 0.5,
+                    (i >> 2) as f32 - 0.5,
+                )
+            })
             .collect();
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        let quads =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles =
+            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
         TriMesh { vertices, triangles }
     }
 

@@ -16,7 +16,10 @@ pub fn union(solids: &[ConvexSolid]) -> TriMesh {
         for (plane, face) in solid.planes.iter().zip(&solid.faces) {
             let mut outside = vec![face.clone()];
             for (j, other) in solids.iter().enumerate().filter(|(j, _)| *j != i) {
-                outside = outside.into_iter().flat_map(|piece| subtract(piece, plane, other, i < j, flat)).collect();
+                outside = outside
+                    .into_iter()
+                    .flat_map(|piece| subtract(piece, plane, other, i < j, flat))
+                    .collect();
             }
             pieces.extend(outside);
         }
@@ -26,7 +29,13 @@ pub fn union(solids: &[ConvexSolid]) -> TriMesh {
 
 /// The parts of a polygon outside a solid. Where the polygon lies in one of the solid's faces, of two faces
 /// looking the same way the `first` stays, and two looking at each other both go.
-fn subtract(piece: Vec<DVec3>, plane: &HalfSpace, solid: &ConvexSolid, first: bool, flat: f64) -> Vec<Vec<DVec3>> {
+fn subtract(
+    piece: Vec<DVec3>,
+    plane: &HalfSpace,
+    solid: &ConvexSolid,
+    first: bool,
+    flat: f64,
+) -> Vec<Vec<DVec3>> {
     let in_plane = |p: &&HalfSpace| piece.iter().all(|c| p.distance_m(*c).abs() <= 4.0 * flat);
     let shared = solid.planes.iter().find(in_plane);
     if shared.is_some_and(|s| s.normal.dot(plane.normal) > 0.0) && first {
@@ -48,12 +57,20 @@ fn subtract(piece: Vec<DVec3>, plane: &HalfSpace, solid: &ConvexSolid, first: bo
 
 /// A convex polygon on either side of a plane: (inside, outside). Within `flat` of the plane is inside,
 /// so that no piece is thinner than the tolerance.
-fn split(polygon: &[DVec3], plane: &HalfSpace, flat: f64) -> (Option<Vec<DVec3>>, Option<Vec<DVec3>>) {
+fn split(
+    polygon: &[DVec3],
+    plane: &HalfSpace,
+    flat: f64,
+) -> (Option<Vec<DVec3>>, Option<Vec<DVec3>>) {
     let distance: Vec<f64> = polygon.iter().map(|p| plane.distance_m(*p)).collect();
     if distance.iter().all(|d| *d <= flat) {
         // On the plane from outside counts as outside only if nothing reaches within.
         let within = distance.iter().any(|d| *d < -flat);
-        return if within { (Some(polygon.to_vec()), None) } else { (None, Some(polygon.to_vec())) };
+        return if within {
+            (Some(polygon.to_vec()), None)
+        } else {
+            (None, Some(polygon.to_vec()))
+        };
     }
     if distance.iter().all(|d| *d >= -flat) {
         return (None, Some(polygon.to_vec()));
@@ -70,7 +87,8 @@ fn split(polygon: &[DVec3], plane: &HalfSpace, flat: f64) -> (Option<Vec<DVec3>>
         }
         if (d < -flat && e > flat) || (d > flat && e < -flat) {
             // Always from the inner end, so that the two faces at this edge find the same point.
-            let (a, b, da, db) = if d < e { (p, polygon[next], d, e) } else { (polygon[next], p, e, d) };
+            let (a, b, da, db) =
+                if d < e { (p, polygon[next], d, e) } else { (polygon[next], p, e, d) };
             let crossing = a + (b - a) * (da / (da - db));
             inner.push(crossing);
             outer.push(crossing);
@@ -114,10 +132,12 @@ fn stitch(pieces: Vec<Vec<DVec3>>, tolerance_m: f64) -> TriMesh {
             mesh.triangles.extend((2..full.len()).map(|i| [full[0], full[i - 1], full[i]]));
         } else {
             // A fan from a corner would be flat along an edge with extra points; from the middle it is not.
-            let middle = full.iter().map(|i| vertices[*i as usize]).sum::<DVec3>() / full.len() as f64;
+            let middle =
+                full.iter().map(|i| vertices[*i as usize]).sum::<DVec3>() / full.len() as f64;
             let m = (vertices.len() + middles.len()) as u32;
             middles.push(middle);
-            mesh.triangles.extend((0..full.len()).map(|i| [m, full[i], full[(i + 1) % full.len()]]));
+            mesh.triangles
+                .extend((0..full.len()).map(|i| [m, full[i], full[(i + 1) % full.len()]]));
         }
     }
     mesh.vertices = vertices.iter().chain(&middles).map(|v| v.as_vec3()).collect();
@@ -140,7 +160,8 @@ fn with_points_on_edges(ring: &[u32], vertices: &[DVec3], tolerance_m: f64) -> V
             .filter_map(|(v, p)| {
                 let t = along.dot(*p - a);
                 let off = (*p - a - along * t).length();
-                (off <= tolerance_m && t > tolerance_m && t < length - tolerance_m).then_some((t, v as u32))
+                (off <= tolerance_m && t > tolerance_m && t < length - tolerance_m)
+                    .then_some((t, v as u32))
             })
             .collect();
         between.sort_by(|x, y| x.0.total_cmp(&y.0));
@@ -165,35 +186,56 @@ mod tests {
 
     fn cuboid(low: [f32; 3], high: [f32; 3]) -> ConvexSolid {
         let pick = |i: usize, axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
-        let corners: Vec<Vec3> = (0..8).map(|i| Vec3::new(pick(i, 0), pick(i, 1), pick(i, 2))).collect();
+        let corners: Vec<Vec3> =
+            (0..8).map(|i| Vec3::new(pick(i, 0), pick(i, 1), pick(i, 2))).collect();
         ConvexSolid::from_corners(&corners).unwrap()
     }
 
     fn check(solids: &[ConvexSolid], volume_m3: f32) -> TriMesh {
         let mesh = union(solids);
         assert_eq!(mesh.check_solid(), Ok(()));
-        assert!((mesh.moments().volume_m3 / volume_m3 - 1.0).abs() < 1e-4, "{}", mesh.moments().volume_m3);
+        assert!(
+            (mesh.moments().volume_m3 / volume_m3 - 1.0).abs() < 1e-4,
+            "{}",
+            mesh.moments().volume_m3
+        );
         mesh
     }
 
     #[test]
     fn crossing_bars() {
-        check(&[cuboid([-2.0, -0.5, -0.5], [2.0, 0.5, 0.5]), cuboid([-0.4, -3.0, -0.3], [0.4, 3.0, 0.8])], 8.64);
+        check(
+            &[
+                cuboid([-2.0, -0.5, -0.5], [2.0, 0.5, 0.5]),
+                cuboid([-0.4, -3.0, -0.3], [0.4, 3.0, 0.8]),
+            ],
+            8.64,
+        );
     }
 
     #[test]
     fn bars_with_flush_sides() {
-        check(&[cuboid([-2.0, -0.5, -0.5], [2.0, 0.5, 0.5]), cuboid([-0.5, -3.0, -0.5], [0.5, 3.0, 0.5])], 9.0);
+        check(
+            &[
+                cuboid([-2.0, -0.5, -0.5], [2.0, 0.5, 0.5]),
+                cuboid([-0.5, -3.0, -0.5], [0.5, 3.0, 0.5]),
+            ],
+            9.0,
+        );
     }
 
     #[test]
     fn cubes_joined_through_a_face() {
-        let mesh = check(&[cuboid([0.0; 3], [1.0; 3]), cuboid([1.0, 0.2, 0.3], [2.0, 0.8, 0.9])], 1.36);
+        let mesh =
+            check(&[cuboid([0.0; 3], [1.0; 3]), cuboid([1.0, 0.2, 0.3], [2.0, 0.8, 0.9])], 1.36);
         assert!((mesh.area_m2() - (6.0 + 4.0 * 0.6)).abs() < 1e-4);
     }
 
     #[test]
     fn one_inside_the_other_vanishes() {
-        assert_eq!(check(&[cuboid([0.0; 3], [1.0; 3]), cuboid([0.2; 3], [0.8; 3])], 1.0).triangles.len(), 12);
+        assert_eq!(
+            check(&[cuboid([0.0; 3], [1.0; 3]), cuboid([0.2; 3], [0.8; 3])], 1.0).triangles.len(),
+            12
+        );
     }
 }

@@ -28,7 +28,9 @@ pub fn thin(points: &[Vec3], cell_m: f32, shift: Vec3) -> Thinned {
     for cell in keyed.chunk_by(|a, b| a.0 == b.0) {
         // About the first point, so that large coordinates do not cost digits.
         let first = points[cell[0].1 as usize];
-        let mean = cell.iter().map(|&(_, i)| points[i as usize] - first).sum::<Vec3>() / cell.len() as f32 + first;
+        let mean = cell.iter().map(|&(_, i)| points[i as usize] - first).sum::<Vec3>()
+            / cell.len() as f32
+            + first;
         let nearest = cell
             .iter()
             .min_by(|a, b| {

@@ -1,5 +1,5 @@
 //! Reads a cloud, writes it as another format, and says how long each took:
-//! `cargo run --release -p tsumu-io --example convert -- IN [OUT [CELL_M]]`.
+//! `cargo run --release -p io --example convert -- IN [OUT [CELL_M]]`.
 
 use std::path::Path;
 use std::time::Instant;
@@ -33,7 +33,12 @@ fn run(from: &Path, rest: &[String]) -> Result<(), io::IoError> {
         None => io::points::read(from, &Print)?,
     };
     println!("read {} points in {:.3} s", cloud.len(), start.elapsed().as_secs_f64());
-    println!("extent {:?}, crs {:?}, sensors {:?}", cloud.extent(), cloud.crs, cloud.sensor_positions);
+    println!(
+        "extent {:?}, crs {:?}, sensors {:?}",
+        cloud.extent(),
+        cloud.crs,
+        cloud.sensor_positions
+    );
     if let Some(to) = rest.first() {
         let start = Instant::now();
         io::points::write(Path::new(to), &cloud)?;

@@ -1,5 +1,5 @@
 //! Writes every export of a small made-up result into a folder, for `tools/check_exports.py`:
-//! `cargo run --release -p tsumu-io --example exports -- FOLDER`.
+//! `cargo run --release -p io --example exports -- FOLDER`.
 
 #[path = "../tests/files/clouds.rs"]
 #[allow(dead_code, unused_imports)]
@@ -31,7 +31,12 @@ fn write(folder: &std::path::Path) -> Result<(), io::IoError> {
     ifc::write(&at("blocks.ifc"), &drawing)?;
     geopackage::write(&at("blocks.gpkg"), &drawing, 7)?;
     geotiff::write(&at("height.tif"), &sample::raster(), &sample.frame.crs)?;
-    landxml::write(&at("surface.xml"), drawing.name, &sample.frame.crs, &[sample::surface("design")])?;
+    landxml::write(
+        &at("surface.xml"),
+        drawing.name,
+        &sample.frame.crs,
+        &[sample::surface("design")],
+    )?;
     points::write(&at("cloud.laz"), &clouds::sample(120_001))?;
     points::write(&at("cloud.las"), &clouds::sample(1_000))?;
     points::write(&at("cloud.ply"), &clouds::sample(1_000))

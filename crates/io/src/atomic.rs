@@ -16,7 +16,10 @@ impl<T: Write + Seek> WriteSeek for T {}
 
 /// Writes the file through `fill`; on any error the old file, or none, is still there and nothing else is left.
 /// The folder is made when it is missing.
-pub fn write(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> Result<(), IoError> {
+pub fn write(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
+) -> Result<(), IoError> {
     let attempt = || {
         let folder = match path.parent() {
             Some(p) if !p.as_os_str().is_empty() => p,
@@ -81,8 +84,12 @@ mod tests {
         let path = folder.path().join("a.txt");
         write_bytes(&path, b"old").unwrap();
         let full = || io::Error::from(io::ErrorKind::StorageFull);
-        let error = write(&path, |out| out.write_all(b"half of the new").and(Err(full()))).unwrap_err();
-        assert!(error.to_string().contains("a.txt") && error.to_string().contains("free some space"), "{error}");
+        let error =
+            write(&path, |out| out.write_all(b"half of the new").and(Err(full()))).unwrap_err();
+        assert!(
+            error.to_string().contains("a.txt") && error.to_string().contains("free some space"),
+            "{error}"
+        );
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }

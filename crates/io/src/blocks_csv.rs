@@ -68,7 +68,12 @@ impl BlockRow {
     }
 
     /// A block of known pose.
-    pub fn of_truth(block: &PlacedBlock, occlusion: f32, catalog: &Catalog, frame: &SiteFrame) -> Self {
+    pub fn of_truth(
+        block: &PlacedBlock,
+        occlusion: f32,
+        catalog: &Catalog,
+        frame: &SiteFrame,
+    ) -> Self {
         Self {
             block_id: block.block.0,
             model: catalog.get(block.model).name.clone(),
@@ -92,7 +97,8 @@ impl BlockRow {
             number(self.fitness_m),
             self.runner_up.clone().unwrap_or_default(),
             number(self.runner_up_fitness_m),
-            self.type_judged.map_or(String::new(), |judged| if judged { "yes" } else { "no" }.into()),
+            self.type_judged
+                .map_or(String::new(), |judged| if judged { "yes" } else { "no" }.into()),
         ]);
         fields
     }
@@ -141,7 +147,9 @@ pub fn read_from(input: &mut Input) -> Result<Vec<BlockRow>, IoError> {
             "" => None,
             "yes" => Some(true),
             "no" => Some(false),
-            other => return Err(row.bad(format!("`type_judged` = `{other}` is neither yes nor no"))),
+            other => {
+                return Err(row.bad(format!("`type_judged` = `{other}` is neither yes nor no")));
+            }
         };
         Ok(BlockRow {
             block_id: row.number("block_id", c[0])?,

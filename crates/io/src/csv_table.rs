@@ -22,19 +22,32 @@ impl Row<'_> {
     }
 
     /// A value that must be there.
-    pub fn number<T: std::str::FromStr>(&self, name: &str, column: Option<usize>) -> Result<T, IoError> {
+    pub fn number<T: std::str::FromStr>(
+        &self,
+        name: &str,
+        column: Option<usize>,
+    ) -> Result<T, IoError> {
         let text = self.text(column);
-        text.parse().map_err(|_| self.bad(format!("`{name}` = `{text}` is not a number of the right kind")))
+        text.parse()
+            .map_err(|_| self.bad(format!("`{name}` = `{text}` is not a number of the right kind")))
     }
 
     /// A finite number that must be there.
     pub fn finite(&self, name: &str, column: Option<usize>) -> Result<f64, IoError> {
         let value: f64 = self.number(name, column)?;
-        if value.is_finite() { Ok(value) } else { Err(self.bad(format!("`{name}` = {value} is not a finite number"))) }
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(self.bad(format!("`{name}` = {value} is not a finite number")))
+        }
     }
 
     /// A finite number, or nothing when the field is empty.
-    pub fn finite_or_empty(&self, name: &str, column: Option<usize>) -> Result<Option<f64>, IoError> {
+    pub fn finite_or_empty(
+        &self,
+        name: &str,
+        column: Option<usize>,
+    ) -> Result<Option<f64>, IoError> {
         if self.text(column).is_empty() { Ok(None) } else { self.finite(name, column).map(Some) }
     }
 
@@ -63,9 +76,19 @@ pub(crate) fn read<T>(
     let find = |name: &str| header.iter().position(|h| h.trim() == name);
     let mut columns = Vec::new();
     for &column in needed {
-        let found =
-            header.iter().collect::<Vec<_>>().join(", ").chars().filter(|c| !c.is_control()).take(300).collect();
-        columns.push(Some(find(column).ok_or(IoError::MissingColumn { path: path.into(), column, found })?));
+        let found = header
+            .iter()
+            .collect::<Vec<_>>()
+            .join(", ")
+            .chars()
+            .filter(|c| !c.is_control())
+            .take(300)
+            .collect();
+        columns.push(Some(find(column).ok_or(IoError::MissingColumn {
+            path: path.into(),
+            column,
+            found,
+        })?));
     }
     columns.extend(optional.iter().map(|c| find(c)));
     let (mut record, mut out) = (StringRecord::new(), Vec::new());
@@ -123,7 +146,11 @@ impl SitePose {
     }
 
     /// From the columns x y z qw qx qy qz.
-    pub(crate) fn read(row: &Row, names: &[&str], columns: &[Option<usize>]) -> Result<Self, IoError> {
+    pub(crate) fn read(
+        row: &Row,
+        names: &[&str],
+        columns: &[Option<usize>],
+    ) -> Result<Self, IoError> {
         let mut value = [0.0; 7];
         for i in 0..7 {
             value[i] = row.finite(names[i], columns[i])?;

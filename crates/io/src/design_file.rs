@@ -28,7 +28,8 @@ pub fn read(
         }
         "dxf" => {
             let faces = dxf::read_faces(&mut input)?;
-            let turned: Vec<_> = faces.iter().map(|f| f.map(|p| axis_order.east_north_up(p))).collect();
+            let turned: Vec<_> =
+                faces.iter().map(|f| f.map(|p| axis_order.east_north_up(p))).collect();
             Tin::of_faces(&turned).on_grid(cell_m)
         }
         _ => landxml::read(&mut input, None)?.on_grid(cell_m),
@@ -36,8 +37,14 @@ pub fn read(
     let surface = surface.map_err(|what| IoError::malformed(path, Place::File, what))?;
     surface.check().map_err(|e| IoError::malformed(path, Place::File, e.to_string()))?;
     let [low, high] = surface.extent();
-    let message =
-        format!("{}: design from ({:.1}, {:.1}) to ({:.1}, {:.1})", path.display(), low[0], low[1], high[0], high[1]);
+    let message = format!(
+        "{}: design from ({:.1}, {:.1}) to ({:.1}, {:.1})",
+        path.display(),
+        low[0],
+        low[1],
+        high[0],
+        high[1]
+    );
     observer.event(geom::Event::Noted { stage: "read", message });
     Ok(surface)
 }

@@ -75,7 +75,11 @@ impl<'a> Drawing<'a> {
         let found = self.recognised.iter().filter(|r| r.judgement == Judgement::Accepted);
         let added = self.placements.iter().filter(|p| p.state == PlacementState::Kept);
         found
-            .map(|r| Unit { model: r.model, pose: r.site_from_block, source: Source::Recognised(r) })
+            .map(|r| Unit {
+                model: r.model,
+                pose: r.site_from_block,
+                source: Source::Recognised(r),
+            })
             .chain(added.map(|p| Unit { model: p.model, pose: p.rest, source: Source::Planned(p) }))
     }
 
@@ -89,7 +93,10 @@ impl<'a> Drawing<'a> {
         let mesh = &self.catalog.get(unit.model).mesh;
         let flat = mesh.vertices.iter().map(|&v| (unit.pose * v).truncate()).collect();
         let [east, north, _] = self.frame.origin;
-        convex_outline(flat).into_iter().map(|p| [east + f64::from(p.x), north + f64::from(p.y)]).collect()
+        convex_outline(flat)
+            .into_iter()
+            .map(|p| [east + f64::from(p.x), north + f64::from(p.y)])
+            .collect()
     }
 
     /// Code of the CRS, when it has one.
@@ -135,7 +142,8 @@ mod tests {
 
     #[test]
     fn the_outline_of_a_square_with_points_inside() {
-        let mut points: Vec<Vec2> = (0..25).map(|i| Vec2::new((i % 5) as f32, (i / 5) as f32)).collect();
+        let mut points: Vec<Vec2> =
+            (0..25).map(|i| Vec2::new((i % 5) as f32, (i / 5) as f32)).collect();
         points.reverse();
         let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]].map(Vec2::from_array);
         assert_eq!(convex_outline(points), corners);

@@ -48,7 +48,8 @@ impl Groups {
     fn header(&mut self, drawing: &Drawing) {
         let [mut low, mut high] = [DVec3::MAX, DVec3::MIN];
         for unit in drawing.units() {
-            let (centre, reach) = (drawing.centre(&unit), f64::from(drawing.catalog.get(unit.model).d_max_m));
+            let (centre, reach) =
+                (drawing.centre(&unit), f64::from(drawing.catalog.get(unit.model).d_max_m));
             (low, high) = (low.min(centre - reach), high.max(centre + reach));
         }
         if low.x > high.x {
@@ -171,7 +172,8 @@ impl Groups {
 
 /// R12 names: capitals, digits, `_`, `-`; the number in front keeps them apart.
 fn block_name(id: u16, name: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c.to_ascii_uppercase() } else { '_' };
+    let plain =
+        |c: char| if c.is_ascii_alphanumeric() || c == '-' { c.to_ascii_uppercase() } else { '_' };
     let name: String = name.chars().map(plain).take(24).collect();
     format!("B{}_{name}", id + 1)
 }
@@ -208,14 +210,23 @@ pub fn read_faces(input: &mut Input) -> Result<Vec<[DVec3; 3]>, IoError> {
         }
         let code = String::from_utf8_lossy(&buffer).trim().to_string();
         if line == 1 && buffer.starts_with(b"AutoCAD Binary DXF") {
-            return Err(IoError::unsupported(input.path, "binary DXF is not read; save it as a text DXF"));
+            return Err(IoError::unsupported(
+                input.path,
+                "binary DXF is not read; save it as a text DXF",
+            ));
         }
         let code: i32 = code.parse().map_err(|_| {
-            input.malformed(Place::Line(line), format!("`{code}` is not a DXF group code: is this a text DXF?"))
+            input.malformed(
+                Place::Line(line),
+                format!("`{code}` is not a DXF group code: is this a text DXF?"),
+            )
         })?;
         line += 1;
         if !input.line(&mut buffer, line, 1 << 16)? {
-            return Err(input.malformed(Place::Line(line), "the file ends inside a pair of lines; it is cut short"));
+            return Err(input.malformed(
+                Place::Line(line),
+                "the file ends inside a pair of lines; it is cut short",
+            ));
         }
         let value = String::from_utf8_lossy(&buffer).trim().to_string();
         if code == 0 {
@@ -228,16 +239,18 @@ pub fn read_faces(input: &mut Input) -> Result<Vec<[DVec3; 3]>, IoError> {
             && (10..40).contains(&code)
             && corner < 4
         {
-            let number: f64 = value
-                .parse()
-                .ok()
-                .filter(|v: &f64| v.is_finite())
-                .ok_or_else(|| input.malformed(Place::Line(line), format!("`{value}` is not a coordinate")))?;
+            let number: f64 =
+                value.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
+                    input.malformed(Place::Line(line), format!("`{value}` is not a coordinate"))
+                })?;
             corners[corner as usize][axis as usize] = number;
         }
     }
     if faces.is_empty() {
-        return Err(input.malformed(Place::File, "the drawing has no complete 3DFACE; export the surface as 3D faces"));
+        return Err(input.malformed(
+            Place::File,
+            "the drawing has no complete 3DFACE; export the surface as 3D faces",
+        ));
     }
     Ok(faces)
 }

@@ -14,12 +14,16 @@ const POINTS_PER_BYTE: u64 = 2;
 const FREE_POINTS: u64 = 250_000;
 
 /// Hands the points on in batches; what comes back has everything but the points.
-pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>) -> Result<RawCloud, IoError> {
+pub fn stream(
+    input: &mut Input,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     check_header(input)?;
     let (path, file_bytes) = (input.path, input.len);
     // The library indexes by numbers of the file in places; damage must end here, not end the program.
-    catch_unwind(AssertUnwindSafe(|| stream_scans(input, sink)))
-        .unwrap_or_else(|_| Err(IoError::malformed(path, Place::File, format!("the {file_bytes} bytes are damaged"))))
+    catch_unwind(AssertUnwindSafe(|| stream_scans(input, sink))).unwrap_or_else(|_| {
+        Err(IoError::malformed(path, Place::File, format!("the {file_bytes} bytes are damaged")))
+    })
 }
 
 /// The library allocates by these numbers before it looks at the file's size.
@@ -28,17 +32,23 @@ fn check_header(input: &mut Input) -> Result<(), IoError> {
     input.fill(&mut head, "the header")?;
     let number = |at: usize| u64::from_le_bytes(head[at..at + 8].try_into().expect("eight bytes"));
     if &head[..8] != b"ASTM-E57" {
-        return Err(input.malformed(Place::File, "this is not an E57 file: it does not start with `ASTM-E57`"));
+        return Err(input
+            .malformed(Place::File, "this is not an E57 file: it does not start with `ASTM-E57`"));
     }
     let (xml_at, xml_bytes, page) = (number(24), number(32), number(40));
     if page != PAGE || xml_at.checked_add(xml_bytes).is_none_or(|end| end > input.len) {
-        let what = format!("pages of {page} bytes and {xml_bytes} bytes of XML at {xml_at} do not fit the file");
+        let what = format!(
+            "pages of {page} bytes and {xml_bytes} bytes of XML at {xml_at} do not fit the file"
+        );
         return Err(input.malformed(Place::File, what));
     }
     input.go_to(0, "the header")
 }
 
-fn stream_scans(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>) -> Result<RawCloud, IoError> {
+fn stream_scans(
+    input: &mut Input,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     let (path, file_bytes) = (input.path, input.len);
     let damaged = |e: e57::Error| IoError::malformed(path, Place::File, format!("E57: {e}"));
     let mut reader = E57Reader::new(&mut *input).map_err(damaged)?;
@@ -51,7 +61,13 @@ fn stream_scans(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), 
     let promised = scans.iter().fold(0_u64, |sum, s| sum.saturating_add(s.records));
     let at_most = file_bytes.saturating_mul(POINTS_PER_BYTE).saturating_add(FREE_POINTS);
     if promised > at_most {
-        return Err(IoError::TooMany { path: path.into(), what: "points", promised, at_most, file_bytes });
+        return Err(IoError::TooMany {
+            path: path.into(),
+            what: "points",
+            promised,
+            at_most,
+            file_bytes,
+        });
     }
     let mut done = 0;
     for scan in &scans {
@@ -67,7 +83,13 @@ fn stream_scans(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), 
             match point.map_err(damaged)?.cartesian {
                 CartesianCoordinate::Valid { x, y, z } => {
                     if !(x.is_finite() && y.is_finite() && z.is_finite()) {
-                        return Err(IoError::NotFinite { path: path.into(), at: Place::Record(done), x, y, z });
+                        return Err(IoError::NotFinite {
+                            path: path.into(),
+                            at: Place::Record(done),
+                            x,
+                            y,
+                            z,
+                        });
                     }
                     batch.position.push(DVec3::new(x, y, z));
                 }

@@ -154,7 +154,8 @@ impl IoError {
     /// Broken content at a place. What the file says is quoted on one line and not at any length.
     pub(crate) fn malformed(path: &Path, at: Place, what: impl Into<String>) -> Self {
         let what: String = what.into();
-        let mut quoted: String = what.chars().map(|c| if c.is_control() { ' ' } else { c }).take(400).collect();
+        let mut quoted: String =
+            what.chars().map(|c| if c.is_control() { ' ' } else { c }).take(400).collect();
         if quoted.len() < what.len() {
             quoted.push('…');
         }

@@ -16,7 +16,8 @@ pub fn write(path: &Path, drawing: &Drawing) -> Result<(), IoError> {
 /// The document.
 pub fn value(drawing: &Drawing) -> Value {
     let features: Vec<Value> = drawing.units().map(|unit| feature(drawing, &unit)).collect();
-    let mut document = json!({ "type": "FeatureCollection", "name": drawing.name, "features": features });
+    let mut document =
+        json!({ "type": "FeatureCollection", "name": drawing.name, "features": features });
     if let Some(code) = drawing.epsg() {
         let name = format!("urn:ogc:def:crs:EPSG::{code}");
         document["crs"] = json!({ "type": "name", "properties": { "name": name } });

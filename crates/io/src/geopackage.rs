@@ -101,7 +101,17 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
             Unit { source: Source::Planned(p), .. } => {
                 db.execute(
                     "INSERT INTO placements VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
-                    params![geometry, p.order, p.round, model, centre.x, centre.y, centre.z, p.filled_m3, p.contacts],
+                    params![
+                        geometry,
+                        p.order,
+                        p.round,
+                        model,
+                        centre.x,
+                        centre.y,
+                        centre.z,
+                        p.filled_m3,
+                        p.contacts
+                    ],
                 )?;
             }
         }
@@ -112,7 +122,10 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
             "INSERT INTO gpkg_contents (table_name, data_type, identifier, min_x, min_y, max_x, max_y, srs_id) VALUES (?1, 'features', ?1, ?2, ?3, ?4, ?5, ?6)",
             params![table, bound(x0), bound(y0), bound(x1), bound(y1), srs],
         )?;
-        db.execute("INSERT INTO gpkg_geometry_columns VALUES (?1, 'geom', 'POLYGON', ?2, 0, 0)", params![table, srs])?;
+        db.execute(
+            "INSERT INTO gpkg_geometry_columns VALUES (?1, 'geom', 'POLYGON', ?2, 0, 0)",
+            params![table, srs],
+        )?;
     }
     db.execute(
         "INSERT INTO runs VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7)",

@@ -22,7 +22,8 @@ pub fn write(path: &Path, raster: &Raster, crs: &str) -> Result<(), IoError> {
 
 fn bytes(raster: &Raster, crs: &str) -> tiff::TiffResult<Vec<u8>> {
     let mut out = Cursor::new(Vec::new());
-    let mut encoder = TiffEncoder::new(&mut out)?.with_compression(Compression::Deflate(Default::default()));
+    let mut encoder =
+        TiffEncoder::new(&mut out)?.with_compression(Compression::Deflate(Default::default()));
     let (columns, rows) = (raster.columns, raster.rows());
     let mut image = encoder.new_image::<Gray32Float>(columns as u32, rows as u32)?;
     let [east, north] = raster.origin;
@@ -33,7 +34,8 @@ fn bytes(raster: &Raster, crs: &str) -> tiff::TiffResult<Vec<u8>> {
     tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, east - half, top, 0.0][..])?;
     let code = drawing::epsg(crs).and_then(|c| u16::try_from(c).ok());
     // Version 1.1.0; model: projected (or user-defined); raster: pixel is area.
-    let mut keys: Vec<u16> = vec![1, 1, 0, 2, 1024, 0, 1, if code.is_some() { 1 } else { 32767 }, 1025, 0, 1, 1];
+    let mut keys: Vec<u16> =
+        vec![1, 1, 0, 2, 1024, 0, 1, if code.is_some() { 1 } else { 32767 }, 1025, 0, 1, 1];
     if let Some(code) = code {
         keys[3] = 4;
         keys.extend([3072, 0, 1, code, 3076, 0, 1, 9001]); // the CRS; metres
@@ -49,8 +51,9 @@ fn bytes(raster: &Raster, crs: &str) -> tiff::TiffResult<Vec<u8>> {
 /// Reads the first band of a north-up GeoTIFF and the `EPSG:n` it names.
 pub fn read(input: &mut Input) -> Result<(Raster, Option<String>), IoError> {
     let (path, len) = (input.path, input.len);
-    let damaged =
-        |e: tiff::TiffError| IoError::malformed(path, Place::File, format!("not a GeoTIFF that can be read: {e}"));
+    let damaged = |e: tiff::TiffError| {
+        IoError::malformed(path, Place::File, format!("not a GeoTIFF that can be read: {e}"))
+    };
     let most_cells = FREE_CELLS + CELLS_PER_BYTE * len;
     let mut limits = Limits::default();
     limits.decoding_buffer_size = most_cells as usize * 8;
@@ -62,22 +65,31 @@ pub fn read(input: &mut Input) -> Result<(Raster, Option<String>), IoError> {
     let cells = u64::from(columns) * u64::from(rows);
     if cells == 0 || cells > most_cells {
         let path = path.into();
-        return Err(IoError::TooMany { path, what: "cells", promised: cells, at_most: most_cells, file_bytes: len });
+        return Err(IoError::TooMany {
+            path,
+            what: "cells",
+            promised: cells,
+            at_most: most_cells,
+            file_bytes: len,
+        });
     }
     let number = |decoder: &mut Decoder<_>, tag: Tag| decoder.get_tag_f64_vec(tag).ok();
     let scale = number(&mut decoder, Tag::ModelPixelScaleTag);
     let tie = number(&mut decoder, Tag::ModelTiepointTag);
-    let place = scale.as_deref().zip(tie.as_deref()).and_then(|(s, t)| Some((*s.first()?, *s.get(1)?, t.get(..6)?)));
-    let Some((cell_m, _, tie)) =
-        place.filter(|(w, h, t)| *w > 0.0 && (w - h).abs() < 1e-9 * w && t.iter().all(|v| v.is_finite()))
-    else {
-        let what =
-            "the image has no position and cell size, or its cells are not square and north-up; warp it with gdalwarp";
+    let place = scale
+        .as_deref()
+        .zip(tie.as_deref())
+        .and_then(|(s, t)| Some((*s.first()?, *s.get(1)?, t.get(..6)?)));
+    let Some((cell_m, _, tie)) = place.filter(|(w, h, t)| {
+        *w > 0.0 && (w - h).abs() < 1e-9 * w && t.iter().all(|v| v.is_finite())
+    }) else {
+        let what = "the image has no position and cell size, or its cells are not square and north-up; warp it with gdalwarp";
         return Err(IoError::malformed(path, Place::File, what));
     };
 
     let keys = decoder.get_tag_u16_vec(GEO_KEYS).unwrap_or_default();
-    let key = |id: u16| keys.chunks_exact(4).skip(1).find(|k| k[0] == id && k[1] == 0).map(|k| k[3]);
+    let key =
+        |id: u16| keys.chunks_exact(4).skip(1).find(|k| k[0] == id && k[1] == 0).map(|k| k[3]);
     let crs = key(3072).filter(|&c| c != 0 && c != 32767).map(|c| format!("EPSG:{c}"));
     // A tie point is a corner of its cell, or its middle when "pixel is point".
     let to_middle = if key(1025) == Some(2) { 0.0 } else { 0.5 };
@@ -87,11 +99,14 @@ pub fn read(input: &mut Input) -> Result<(Raster, Option<String>), IoError> {
         .and_then(|t| t.trim_matches(['\0', ' ']).parse::<f64>().ok());
     let samples = decoder.colortype().map_err(damaged)?.num_samples() as usize;
     if samples != 1 {
-        return Err(IoError::unsupported(path, format!("the image has {samples} bands; give one band of heights")));
+        return Err(IoError::unsupported(
+            path,
+            format!("the image has {samples} bands; give one band of heights"),
+        ));
     }
     let value = decoder.read_image().map_err(damaged)?;
-    let mut value =
-        floats(value).ok_or_else(|| IoError::unsupported(path, "the image's numbers are of an unknown kind"))?;
+    let mut value = floats(value)
+        .ok_or_else(|| IoError::unsupported(path, "the image's numbers are of an unknown kind"))?;
     if value.len() as u64 != cells {
         return Err(IoError::malformed(path, Place::File, "the image is not whole"));
     }

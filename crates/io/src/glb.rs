@@ -25,10 +25,13 @@ pub fn bytes(drawing: &Drawing) -> Vec<u8> {
             }));
         }
     }
-    let mut nodes = vec![json!({ "name": drawing.name, "rotation": [-0.5_f32.sqrt(), 0.0, 0.0, 0.5_f32.sqrt()] })];
+    let mut nodes = vec![
+        json!({ "name": drawing.name, "rotation": [-0.5_f32.sqrt(), 0.0, 0.0, 0.5_f32.sqrt()] }),
+    ];
     for unit in drawing.units() {
         let (t, q) = (unit.pose.translation, unit.pose.rotation.normalize());
-        let mut extras = json!({ "layer": unit.layer(), "model": drawing.catalog.get(unit.model).name });
+        let mut extras =
+            json!({ "layer": unit.layer(), "model": drawing.catalog.get(unit.model).name });
         match unit.source {
             Source::Recognised(r) => extras["confidence"] = json!(r.confidence),
             Source::Planned(p) => {
@@ -46,7 +49,8 @@ pub fn bytes(drawing: &Drawing) -> Vec<u8> {
         nodes[0]["children"] = json!((1..nodes.len()).collect::<Vec<_>>());
     }
     let material = |name: &str, colour: [f32; 4]| {
-        let metallic = json!({ "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9 });
+        let metallic =
+            json!({ "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.9 });
         json!({ "name": name, "pbrMetallicRoughness": metallic })
     };
     let document = json!({
@@ -78,7 +82,12 @@ fn without_empty(mut document: Value) -> Value {
 }
 
 /// Flat-shaded corners: positions, then normals; returns the first of the two accessors.
-fn push_mesh(buffer: &mut Vec<u8>, views: &mut Vec<Value>, accessors: &mut Vec<Value>, mesh: &TriMesh) -> usize {
+fn push_mesh(
+    buffer: &mut Vec<u8>,
+    views: &mut Vec<Value>,
+    accessors: &mut Vec<Value>,
+    mesh: &TriMesh,
+) -> usize {
     let first = accessors.len();
     let count = mesh.triangles.len() * 3;
     let bounds = mesh.bounds();
@@ -91,7 +100,9 @@ fn push_mesh(buffer: &mut Vec<u8>, views: &mut Vec<Value>, accessors: &mut Vec<V
     let upright = |n: Vec3| if n == Vec3::ZERO { Vec3::Z } else { n };
     let normals = (0..mesh.triangles.len()).flat_map(|t| [upright(mesh.triangle_normal(t)); 3]);
     push_column(buffer, views, normals);
-    accessors.push(json!({ "bufferView": first + 1, "componentType": 5126, "count": count, "type": "VEC3" }));
+    accessors.push(
+        json!({ "bufferView": first + 1, "componentType": 5126, "count": count, "type": "VEC3" }),
+    );
     first
 }
 

@@ -63,7 +63,10 @@ fn model(s: &mut Step, drawing: &Drawing) {
     let zero = add!(s, "IFCCARTESIANPOINT((0.,0.,0.))");
     let axes = add!(s, "IFCAXIS2PLACEMENT3D({zero},$,$)");
     let context = add!(s, "IFCGEOMETRICREPRESENTATIONCONTEXT($,'Model',3,1.E-05,{axes},$)");
-    let body = add!(s, "IFCGEOMETRICREPRESENTATIONSUBCONTEXT('Body','Model',*,*,*,*,{context},$,.MODEL_VIEW.,$)");
+    let body = add!(
+        s,
+        "IFCGEOMETRICREPRESENTATIONSUBCONTEXT('Body','Model',*,*,*,*,{context},$,.MODEL_VIEW.,$)"
+    );
     let project = add!(s, "IFCPROJECT({},$,{name},$,$,$,$,({context}),{units})", id("project"));
     if let Some(code) = drawing.epsg() {
         let datum = match drawing.frame.vertical_datum.as_str() {
@@ -77,8 +80,11 @@ fn model(s: &mut Step, drawing: &Drawing) {
     let place = add!(s, "IFCLOCALPLACEMENT($,{axes})");
     let site = add!(s, "IFCSITE({},$,{name},$,$,{place},$,$,.ELEMENT.,$,$,$,$,$)", id("site"));
     let place = add!(s, "IFCLOCALPLACEMENT({place},{axes})");
-    let works =
-        add!(s, "IFCMARINEFACILITY({},$,'Breakwater',$,$,{place},$,$,.ELEMENT.,.BREAKWATER.)", id("breakwater"));
+    let works = add!(
+        s,
+        "IFCMARINEFACILITY({},$,'Breakwater',$,$,{place},$,$,.ELEMENT.,.BREAKWATER.)",
+        id("breakwater")
+    );
     add!(s, "IFCRELAGGREGATES({},$,$,$,{project},({site}))", id("project-site"));
     add!(s, "IFCRELAGGREGATES({},$,$,$,{site},({works}))", id("site-breakwater"));
 
@@ -96,8 +102,14 @@ fn model(s: &mut Step, drawing: &Drawing) {
             id(&format!("type {}", model.name)),
             string(&model.name)
         );
-        let made: Vec<String> = units.iter().map(|unit| element(s, drawing, unit, &place, &map, &body)).collect();
-        add!(s, "IFCRELDEFINESBYTYPE({},$,$,$,({}),{kind})", id(&format!("of type {}", model.name)), made.join(","));
+        let made: Vec<String> =
+            units.iter().map(|unit| element(s, drawing, unit, &place, &map, &body)).collect();
+        add!(
+            s,
+            "IFCRELDEFINESBYTYPE({},$,$,$,({}),{kind})",
+            id(&format!("of type {}", model.name)),
+            made.join(",")
+        );
         elements.extend(made);
     }
     if !elements.is_empty() {
@@ -126,7 +138,14 @@ fn type_properties(s: &mut Step, model: &BlockModel, id: &str) -> String {
     format!("({set})")
 }
 
-fn element(s: &mut Step, drawing: &Drawing, unit: &Unit, parent: &str, map: &str, body: &str) -> String {
+fn element(
+    s: &mut Step,
+    drawing: &Drawing,
+    unit: &Unit,
+    parent: &str,
+    map: &str,
+    body: &str,
+) -> String {
     let label = unit.label();
     let id = |what: &str| guid(drawing.name, &format!("{what} {label}"));
     let vector = |v: geom::Vec3| v.to_array().map(|v| real(shortest(v))).join(",");
@@ -159,7 +178,12 @@ fn element(s: &mut Step, drawing: &Drawing, unit: &Unit, parent: &str, map: &str
             property(s, "FilledVolume", "IFCVOLUMEMEASURE", &real(shortest(p.filled_m3))),
         ],
     };
-    let set = add!(s, "IFCPROPERTYSET({},$,'Tsumu_Result',$,({}))", id("properties"), properties.join(","));
+    let set = add!(
+        s,
+        "IFCPROPERTYSET({},$,'Tsumu_Result',$,({}))",
+        id("properties"),
+        properties.join(",")
+    );
     add!(s, "IFCRELDEFINESBYPROPERTIES({},$,$,$,({element}),{set})", id("has properties"));
     element
 }
@@ -219,7 +243,10 @@ mod tests {
 
     #[test]
     fn step_text() {
-        assert_eq!([real(1.0), real(-0.5), real(1e-7), real(1.5e21)], ["1.0", "-0.5", "1.E-7", "1.5E21"]);
+        assert_eq!(
+            [real(1.0), real(-0.5), real(1e-7), real(1.5e21)],
+            ["1.0", "-0.5", "1.E-7", "1.5E21"]
+        );
         assert_eq!(string("it's 積む"), "'it''s \\X2\\7A4D\\X0\\\\X2\\3080\\X0\\'");
         let id = guid("a", "b");
         assert_eq!(id.len(), 24);

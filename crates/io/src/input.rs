@@ -24,7 +24,10 @@ impl<'a> Input<'a> {
             let file = File::open(path)?;
             let meta = file.metadata()?;
             if meta.is_dir() {
-                return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, a file is needed"));
+                return Err(io::Error::new(
+                    io::ErrorKind::IsADirectory,
+                    "it is a folder, a file is needed",
+                ));
             }
             Ok((file, meta.len()))
         };
@@ -58,8 +61,9 @@ impl<'a> Input<'a> {
     pub(crate) fn take(&mut self, count: u64, part: &str) -> Result<Vec<u8>, IoError> {
         let left = self.len.saturating_sub(self.position()?);
         if count > left {
-            let what =
-                format!("{part} needs {count} bytes, but only {left} are left; the file is cut short or damaged");
+            let what = format!(
+                "{part} needs {count} bytes, but only {left} are left; the file is cut short or damaged"
+            );
             return Err(self.malformed(Place::File, what));
         }
         let mut bytes = vec![0; count as usize];
@@ -70,7 +74,8 @@ impl<'a> Input<'a> {
     /// Goes to a byte of the file, or says that it lies outside.
     pub(crate) fn go_to(&mut self, byte: u64, part: &str) -> Result<(), IoError> {
         if byte > self.len {
-            let what = format!("{part} should be at byte {byte}, but the file ends at {}", self.len);
+            let what =
+                format!("{part} should be at byte {byte}, but the file ends at {}", self.len);
             return Err(self.malformed(Place::File, what));
         }
         self.reader.seek(SeekFrom::Start(byte)).map_err(|e| IoError::read(self.path, e))?;
@@ -83,12 +88,23 @@ impl<'a> Input<'a> {
     }
 
     /// One line without its end, at most `limit` bytes; `None` at the end of the file.
-    pub(crate) fn line(&mut self, buffer: &mut Vec<u8>, line: u64, limit: u64) -> Result<bool, IoError> {
+    pub(crate) fn line(
+        &mut self,
+        buffer: &mut Vec<u8>,
+        line: u64,
+        limit: u64,
+    ) -> Result<bool, IoError> {
         buffer.clear();
-        let read =
-            self.reader.by_ref().take(limit).read_until(b'\n', buffer).map_err(|e| IoError::read(self.path, e))?;
+        let read = self
+            .reader
+            .by_ref()
+            .take(limit)
+            .read_until(b'\n', buffer)
+            .map_err(|e| IoError::read(self.path, e))?;
         if buffer.last() != Some(&b'\n') && read as u64 == limit {
-            let what = format!("the line is longer than {limit} bytes; this is not a text file of the expected kind");
+            let what = format!(
+                "the line is longer than {limit} bytes; this is not a text file of the expected kind"
+            );
             return Err(self.malformed(Place::Line(line), what));
         }
         while matches!(buffer.last(), Some(b'\n' | b'\r')) {

@@ -26,7 +26,8 @@ impl Surface {
     /// Digits behind the point: millimetres on a site, micrometres in a bin.
     fn digits(&self) -> usize {
         let first = self.tin.vertices.first().copied().unwrap_or_default();
-        let reach = self.tin.vertices.iter().fold(0.0_f64, |r, v| r.max((*v - first).abs().max_element()));
+        let reach =
+            self.tin.vertices.iter().fold(0.0_f64, |r, v| r.max((*v - first).abs().max_element()));
         if reach < 10.0 { 6 } else { 3 }
     }
 }
@@ -46,7 +47,9 @@ pub fn write(path: &Path, project: &str, crs: &str, surfaces: &[Surface]) -> Res
 /// The document. The date is fixed: the same result gives the same bytes.
 pub fn text(project: &str, crs: &str, surfaces: &[Surface]) -> String {
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
-    let mut line = |text: std::fmt::Arguments| writeln!(out, "{text}").expect("a string takes every character");
+    let mut line = |text: std::fmt::Arguments| {
+        writeln!(out, "{text}").expect("a string takes every character")
+    };
     line(format_args!(
         "<LandXML xmlns=\"http://www.landxml.org/schema/LandXML-1.2\" xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xsi:schemaLocation=\"http://www.landxml.org/schema/LandXML-1.2 http://www.landxml.org/schema/LandXML-1.2/LandXML-1.2.xsd\" version=\"1.2\" date=\"2000-01-01\" time=\"00:00:00\" language=\"English\" readOnly=\"false\">"
     ));
@@ -96,25 +99,46 @@ pub fn read(input: &mut Input, name: Option<&str>) -> Result<Tin, IoError> {
     let mut surfaces = document.descendants().filter(|n| is(n, "Surface"));
     let wanted = |n: &Node| name.is_none_or(|name| n.attribute("name") == Some(name));
     let surface = surfaces.find(wanted).ok_or_else(|| {
-        let what = name.map_or("there is no <Surface>".to_string(), |n| format!("there is no surface called `{n}`"));
+        let what = name.map_or("there is no <Surface>".to_string(), |n| {
+            format!("there is no surface called `{n}`")
+        });
         input.malformed(Place::File, what)
     })?;
     let imperial = document.descendants().any(|n| is(&n, "Imperial"));
     if imperial {
-        return Err(IoError::unsupported(input.path, "the units are imperial; export the surface in metres"));
+        return Err(IoError::unsupported(
+            input.path,
+            "the units are imperial; export the surface in metres",
+        ));
     }
     let (mut tin, mut by_id) = (Tin::default(), HashMap::new());
-    for node in surface.descendants().filter(|n| is(n, "P") && n.parent().is_some_and(|p| is(&p, "Pnts"))) {
-        let numbers: Option<Vec<f64>> =
-            node.text().unwrap_or_default().split_ascii_whitespace().map(|w| w.parse().ok()).collect();
+    for node in
+        surface.descendants().filter(|n| is(n, "P") && n.parent().is_some_and(|p| is(&p, "Pnts")))
+    {
+        let numbers: Option<Vec<f64>> = node
+            .text()
+            .unwrap_or_default()
+            .split_ascii_whitespace()
+            .map(|w| w.parse().ok())
+            .collect();
         let Some([north, east, up]) = numbers.as_deref() else {
-            return Err(input.malformed(at(node), "a point <P> needs three numbers: north, east, height"));
+            return Err(
+                input.malformed(at(node), "a point <P> needs three numbers: north, east, height")
+            );
         };
         let point = DVec3::new(*east, *north, *up);
         if !point.is_finite() {
-            return Err(IoError::NotFinite { path: input.path.into(), at: at(node), x: *east, y: *north, z: *up });
+            return Err(IoError::NotFinite {
+                path: input.path.into(),
+                at: at(node),
+                x: *east,
+                y: *north,
+                z: *up,
+            });
         }
-        let id = node.attribute("id").ok_or_else(|| input.malformed(at(node), "a point <P> has no id"))?;
+        let id = node
+            .attribute("id")
+            .ok_or_else(|| input.malformed(at(node), "a point <P> has no id"))?;
         by_id.insert(id, tin.vertices.len() as u32);
         tin.vertices.push(point);
     }
@@ -122,14 +146,16 @@ pub fn read(input: &mut Input, name: Option<&str>) -> Result<Tin, IoError> {
         let words = node.text().unwrap_or_default().split_ascii_whitespace();
         let corners: Option<Vec<u32>> = words.map(|w| by_id.get(w).copied()).collect();
         let Some([a, b, c]) = corners.as_deref() else {
-            return Err(input.malformed(at(node), "a face <F> needs the ids of three points of its surface"));
+            return Err(input
+                .malformed(at(node), "a face <F> needs the ids of three points of its surface"));
         };
         tin.triangles.push([*a, *b, *c]);
     }
     if tin.triangles.is_empty() {
-        return Err(
-            input.malformed(Place::File, "the surface has no faces <F>: only triangulated surfaces can be read")
-        );
+        return Err(input.malformed(
+            Place::File,
+            "the surface has no faces <F>: only triangulated surfaces can be read",
+        ));
     }
     Ok(tin)
 }

@@ -62,7 +62,9 @@ impl std::fmt::Display for Difference {
             Self::Changed(p) => write!(f, "{}: changed since the run", p.display()),
             Self::Missing(p) => write!(f, "{}: missing", p.display()),
             Self::Unlisted(p) => write!(f, "{}: not made by the run", p.display()),
-            Self::NotHonoured(p) => write!(f, "{}: came after the run, which knows nothing of it", p.display()),
+            Self::NotHonoured(p) => {
+                write!(f, "{}: came after the run, which knows nothing of it", p.display())
+            }
         }
     }
 }
@@ -90,8 +92,14 @@ impl Manifest {
     /// One word for everything a result follows from: inputs, settings, seed, version, and what `program` says of the
     /// build. Two runs with the same key are the same run.
     pub fn key(&self, program: &str) -> String {
-        let facts =
-            serde_json::to_string(&(&self.version, self.seed, &self.config, &self.notes, &self.inputs, program));
+        let facts = serde_json::to_string(&(
+            &self.version,
+            self.seed,
+            &self.config,
+            &self.notes,
+            &self.inputs,
+            program,
+        ));
         blake3::hash(facts.expect("a manifest is plain data").as_bytes()).to_hex().to_string()
     }
 
@@ -100,7 +108,10 @@ impl Manifest {
         for (name, stated) in &self.inputs {
             let path = site.join(name);
             if entry(&path)? != *stated {
-                return Err(IoError::unsupported(&path, "the file was changed while the run was at work; run again"));
+                return Err(IoError::unsupported(
+                    &path,
+                    "the file was changed while the run was at work; run again",
+                ));
             }
         }
         Ok(())
@@ -133,11 +144,15 @@ impl Manifest {
 
     /// The same from the file's content.
     pub fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Self, IoError> {
-        let manifest: Self = serde_json::from_slice(bytes)
-            .map_err(|e| IoError::malformed(path, Place::Line(e.line() as u64), format!("not a manifest: {e}")))?;
-        let outside = |n: &&String| !Path::new(n).components().all(|c| matches!(c, Component::Normal(_)));
+        let manifest: Self = serde_json::from_slice(bytes).map_err(|e| {
+            IoError::malformed(path, Place::Line(e.line() as u64), format!("not a manifest: {e}"))
+        })?;
+        let outside =
+            |n: &&String| !Path::new(n).components().all(|c| matches!(c, Component::Normal(_)));
         match manifest.inputs.keys().chain(manifest.outputs.keys()).find(outside) {
-            Some(name) => Err(IoError::Outside { path: path.into(), key: "file".into(), target: name.into() }),
+            Some(name) => {
+                Err(IoError::Outside { path: path.into(), key: "file".into(), target: name.into() })
+            }
             None => Ok(manifest),
         }
     }
@@ -147,14 +162,17 @@ impl Manifest {
 pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoError> {
     let manifest = Manifest::load(run)?;
     let mut differences = Vec::new();
-    let folders = std::iter::once((run, &manifest.outputs)).chain(site.map(|s| (s, &manifest.inputs)));
+    let folders =
+        std::iter::once((run, &manifest.outputs)).chain(site.map(|s| (s, &manifest.inputs)));
     for (folder, entries) in folders {
         for (name, expected) in entries {
             let path = folder.join(name);
             match entry(&path) {
                 Ok(found) if found == *expected => {}
                 Ok(_) => differences.push(Difference::Changed(path)),
-                Err(IoError::Os { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                Err(IoError::Os { source, .. })
+                    if source.kind() == std::io::ErrorKind::NotFound =>
+                {
                     differences.push(Difference::Missing(path));
                 }
                 Err(e) => return Err(e),
@@ -167,7 +185,9 @@ pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoErro
     {
         differences.push(Difference::NotHonoured(review));
     }
-    let unlisted = files_below(run)?.into_iter().filter(|name| !manifest.outputs.contains_key(&portable(name)));
+    let unlisted = files_below(run)?
+        .into_iter()
+        .filter(|name| !manifest.outputs.contains_key(&portable(name)));
     differences.extend(unlisted.map(|name| Difference::Unlisted(run.join(name))));
     Ok(differences)
 }

@@ -58,7 +58,10 @@ struct Header {
 
 impl Header {
     fn find(&self, names: &[&str]) -> Option<Field> {
-        self.fields.iter().find(|(n, f)| names.contains(&n.as_str()) && f.count == 1).map(|(_, f)| *f)
+        self.fields
+            .iter()
+            .find(|(n, f)| names.contains(&n.as_str()) && f.count == 1)
+            .map(|(_, f)| *f)
     }
 }
 
@@ -68,7 +71,10 @@ fn read_header(input: &mut Input) -> Result<Header, IoError> {
     loop {
         line += 1;
         if line > 100 || !input.line(&mut buffer, line, 4096)? {
-            return Err(input.malformed(Place::Line(line), "the header has no `DATA` line: this is not a PCD file"));
+            return Err(input.malformed(
+                Place::Line(line),
+                "the header has no `DATA` line: this is not a PCD file",
+            ));
         }
         let text = String::from_utf8_lossy(&buffer).into_owned();
         let mut words = text.split_whitespace().map(str::to_string);
@@ -79,11 +85,14 @@ fn read_header(input: &mut Input) -> Result<Header, IoError> {
         }
     }
     let row = |key: &str| rows.iter().find(|r| r.0 == key).map(|r| r.1.as_slice());
-    let bad = |what: &str| input.malformed(Place::File, format!("the header's {what} cannot be understood"));
+    let bad = |what: &str| {
+        input.malformed(Place::File, format!("the header's {what} cannot be understood"))
+    };
     let names = row("FIELDS").ok_or_else(|| bad("`FIELDS`"))?;
     let numbers = |key: &'static str| -> Result<Vec<usize>, IoError> {
         let parse = |w: &String| w.parse::<usize>().ok().filter(|&n| n <= 4096);
-        let list: Option<Vec<usize>> = row(key).ok_or_else(|| bad(key))?.iter().map(parse).collect();
+        let list: Option<Vec<usize>> =
+            row(key).ok_or_else(|| bad(key))?.iter().map(parse).collect();
         list.filter(|l| l.len() == names.len()).ok_or_else(|| bad(key))
     };
     let sizes = numbers("SIZE")?;
@@ -100,17 +109,25 @@ fn read_header(input: &mut Input) -> Result<Header, IoError> {
         column += counts[i];
     }
     let one = |key: &str| row(key).and_then(|r| r.first()).and_then(|w| w.parse::<u64>().ok());
-    let points = one("POINTS").or_else(|| one("WIDTH")?.checked_mul(one("HEIGHT")?)).ok_or_else(|| bad("`POINTS`"))?;
-    let viewpoint: Vec<f64> = row("VIEWPOINT").unwrap_or_default().iter().map_while(|w| w.parse().ok()).collect();
+    let points = one("POINTS")
+        .or_else(|| one("WIDTH")?.checked_mul(one("HEIGHT")?))
+        .ok_or_else(|| bad("`POINTS`"))?;
+    let viewpoint: Vec<f64> =
+        row("VIEWPOINT").unwrap_or_default().iter().map_while(|w| w.parse().ok()).collect();
     // "0 0 0 1 0 0 0" is what programs write when they know nothing.
     let known = viewpoint.len() == 7 && viewpoint != [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-    let viewpoint = known.then(|| DVec3::new(viewpoint[0], viewpoint[1], viewpoint[2])).filter(|p| p.is_finite());
+    let viewpoint = known
+        .then(|| DVec3::new(viewpoint[0], viewpoint[1], viewpoint[2]))
+        .filter(|p| p.is_finite());
     let data = row("DATA").and_then(|r| r.first()).cloned().unwrap_or_default();
     Ok(Header { fields, stride: at.max(1), points, data, viewpoint, lines: line })
 }
 
 /// Hands the points on in batches; what comes back has everything but the points.
-pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>) -> Result<RawCloud, IoError> {
+pub fn stream(
+    input: &mut Input,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     let header = read_header(input)?;
     let mut collector = Collector::new(input, &header)?;
     let left = input.len - input.position()?.min(input.len);
@@ -123,7 +140,13 @@ pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), Io
     let at_most = (left + 1).checked_div(least).unwrap_or(unfolded);
     if header.points > at_most {
         let (path, file_bytes) = (input.path.into(), input.len);
-        return Err(IoError::TooMany { path, what: "points", promised: header.points, at_most, file_bytes });
+        return Err(IoError::TooMany {
+            path,
+            what: "points",
+            promised: header.points,
+            at_most,
+            file_bytes,
+        });
     }
     match header.data.as_str() {
         "ascii" => collector.ascii(input, &header, sink)?,
@@ -131,7 +154,8 @@ pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), Io
         "binary_compressed" => collector.compressed(input, &header, sink)?,
         other => return Err(input.malformed(Place::File, format!("DATA `{other}` is unknown"))),
     }
-    let float32 = header.data != "ascii" && collector.xyz.iter().any(|f| (f.kind, f.size) == (b'F', 4));
+    let float32 =
+        header.data != "ascii" && collector.xyz.iter().any(|f| (f.kind, f.size) == (b'F', 4));
     let sensor_positions = header.viewpoint.into_iter().collect();
     Ok(RawCloud { float32, sensor_positions, invalid: collector.invalid, ..RawCloud::default() })
 }
@@ -176,12 +200,17 @@ impl Collector {
         self.batch.position.push(p);
         if let (Some(field), Some(column)) = (&self.instance, &mut self.batch.instance) {
             let v = value(field);
-            column.push(label(v, u32::MAX).ok_or_else(|| input.malformed(at, not_a_label("label", v)))?);
+            column.push(
+                label(v, u32::MAX).ok_or_else(|| input.malformed(at, not_a_label("label", v)))?,
+            );
         }
         if self.batch.len() == BATCH { self.hand_on(sink) } else { Ok(()) }
     }
 
-    fn hand_on(&mut self, sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>) -> Result<(), IoError> {
+    fn hand_on(
+        &mut self,
+        sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+    ) -> Result<(), IoError> {
         let next = empty(self.instance.is_some());
         let batch = std::mem::replace(&mut self.batch, next);
         if batch.is_empty() { Ok(()) } else { sink(batch) }
@@ -197,13 +226,19 @@ impl Collector {
         for i in 0..header.points {
             let line = header.lines + 1 + i;
             if !input.line(&mut buffer, line, 1 << 16)? {
-                return Err(input.malformed(Place::Line(line), "the file ends before its last point; it is cut short"));
+                return Err(input.malformed(
+                    Place::Line(line),
+                    "the file ends before its last point; it is cut short",
+                ));
             }
             let text = String::from_utf8_lossy(&buffer);
-            let values: Option<Vec<f64>> = text.split_ascii_whitespace().map(|w| w.parse().ok()).collect();
+            let values: Option<Vec<f64>> =
+                text.split_ascii_whitespace().map(|w| w.parse().ok()).collect();
             let wanted = self.xyz.iter().chain(&self.instance).map(|f| f.column).max().unwrap_or(0);
             let Some(values) = values.filter(|v| v.len() > wanted) else {
-                return Err(input.malformed(Place::Line(line), format!("`{}` is not a point", text.trim())));
+                return Err(
+                    input.malformed(Place::Line(line), format!("`{}` is not a point", text.trim()))
+                );
             };
             self.push(input, Place::Line(line), |f| values[f.column], sink)?;
         }
@@ -237,11 +272,15 @@ impl Collector {
     ) -> Result<(), IoError> {
         let mut sizes = [0; 8];
         input.fill(&mut sizes, "the sizes of the compressed points")?;
-        let size = |at: usize| u64::from(u32::from_le_bytes(sizes[at..at + 4].try_into().expect("four bytes")));
+        let size = |at: usize| {
+            u64::from(u32::from_le_bytes(sizes[at..at + 4].try_into().expect("four bytes")))
+        };
         let (packed, unpacked) = (size(0), size(4));
         if unpacked != header.points * header.stride as u64 {
-            let what =
-                format!("{unpacked} bytes of points are not {} points of {} bytes", header.points, header.stride);
+            let what = format!(
+                "{unpacked} bytes of points are not {} points of {} bytes",
+                header.points, header.stride
+            );
             return Err(input.malformed(Place::File, what));
         }
         let packed = input.take(packed, "the compressed points")?;

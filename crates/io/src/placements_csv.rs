@@ -70,7 +70,11 @@ impl PlacementRow {
         let mut fields = vec![self.order.to_string(), self.round.to_string(), self.model.clone()];
         fields.extend(self.drop.fields());
         fields.extend(self.rest.fields());
-        fields.extend([self.filled_m3.to_string(), self.contacts.to_string(), self.state.word().to_string()]);
+        fields.extend([
+            self.filled_m3.to_string(),
+            self.contacts.to_string(),
+            self.state.word().to_string(),
+        ]);
         fields
     }
 }
@@ -102,7 +106,8 @@ pub fn read_from(input: &mut Input) -> Result<Vec<PlacementRow>, IoError> {
             rest: SitePose::read(row, &COLUMNS[10..17], &c[10..17])?,
             filled_m3: row.finite("filled_m3", c[17])?,
             contacts: row.number("contacts", c[18])?,
-            state: PlacementState::of_word(word).ok_or_else(|| row.bad(format!("`state` = `{word}` is not known")))?,
+            state: PlacementState::of_word(word)
+                .ok_or_else(|| row.bad(format!("`state` = `{word}` is not known")))?,
         })
     })
 }

@@ -17,7 +17,11 @@ pub fn read(path: &Path, observer: &dyn Observer) -> Result<RawCloud, IoError> {
 }
 
 /// The same from an opened file of a known kind (a lower-case extension).
-pub fn read_as(input: &mut Input, kind: &str, observer: &dyn Observer) -> Result<RawCloud, IoError> {
+pub fn read_as(
+    input: &mut Input,
+    kind: &str,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     let mut cloud = RawCloud::default();
     let meta = stream(input, kind, &mut |batch| {
         cloud.append(batch);
@@ -28,7 +32,11 @@ pub fn read_as(input: &mut Input, kind: &str, observer: &dyn Observer) -> Result
 
 /// The cloud thinned to one point in each cube of this edge (in the file's unit) while it is read:
 /// the memory needed follows the size of the site, not of the file.
-pub fn read_thinned(path: &Path, cell_m: f64, observer: &dyn Observer) -> Result<RawCloud, IoError> {
+pub fn read_thinned(
+    path: &Path,
+    cell_m: f64,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     let kind = known(path)?;
     let mut input = Input::open(path)?;
     let mut thinning = Thinning::new(cell_m);
@@ -38,14 +46,20 @@ pub fn read_thinned(path: &Path, cell_m: f64, observer: &dyn Observer) -> Result
     })?;
     let seen = thinning.seen();
     let cloud = thinning.finish();
-    let message = format!("{}: {seen} points, {} after thinning to {cell_m} m", path.display(), cloud.len());
+    let message =
+        format!("{}: {seen} points, {} after thinning to {cell_m} m", path.display(), cloud.len());
     observer.event(Event::Noted { stage: "read", message });
     finish(path, cloud, meta, observer)
 }
 
 /// The points inside a box (the file's coordinates): a part of a large survey. A COPC file is read only where it
 /// touches the box.
-pub fn read_box(path: &Path, low: DVec3, high: DVec3, observer: &dyn Observer) -> Result<RawCloud, IoError> {
+pub fn read_box(
+    path: &Path,
+    low: DVec3,
+    high: DVec3,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     let kind = known(path)?;
     let mut input = Input::open(path)?;
     let mut cloud = RawCloud::default();
@@ -58,7 +72,8 @@ pub fn read_box(path: &Path, low: DVec3, high: DVec3, observer: &dyn Observer) -
         input.go_to(0, "the header")?;
         stream(&mut input, &kind, &mut |batch| {
             let inside = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all();
-            let index: Vec<usize> = (0..batch.len()).filter(|&i| inside(&batch.position[i])).collect();
+            let index: Vec<usize> =
+                (0..batch.len()).filter(|&i| inside(&batch.position[i])).collect();
             cloud.append(batch.select(&index));
             Ok(())
         })?
@@ -99,7 +114,12 @@ pub fn stream(
     }
 }
 
-fn finish(path: &Path, mut cloud: RawCloud, meta: RawCloud, observer: &dyn Observer) -> Result<RawCloud, IoError> {
+fn finish(
+    path: &Path,
+    mut cloud: RawCloud,
+    meta: RawCloud,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     if cloud.is_empty() {
         return Err(IoError::NoPoints { path: path.into() });
     }
@@ -112,8 +132,11 @@ fn finish(path: &Path, mut cloud: RawCloud, meta: RawCloud, observer: &dyn Obser
     cloud.line = cloud.line.filter(|line| line.windows(2).any(|w| w[0] != w[1]));
     cloud.warn_of_rounding(path, observer);
     if cloud.invalid > 0 {
-        let message =
-            format!("{}: {} points that the file marks as invalid were left out", path.display(), cloud.invalid);
+        let message = format!(
+            "{}: {} points that the file marks as invalid were left out",
+            path.display(),
+            cloud.invalid
+        );
         observer.event(Event::Noted { stage: "read", message });
     }
     Ok(cloud)

@@ -99,7 +99,8 @@ impl RawCloud {
         if !self.float32 {
             return 0.0;
         }
-        let largest = self.position.iter().fold(0.0_f64, |m, p| m.max(p.abs().max_element())) as f32;
+        let largest =
+            self.position.iter().fold(0.0_f64, |m, p| m.max(p.abs().max_element())) as f32;
         f64::from(largest.next_up() - largest) / 2.0
     }
 
@@ -128,7 +129,11 @@ impl RawCloud {
             self.normal.as_ref().map(Vec::len),
         ];
         if lengths.iter().flatten().any(|&l| l != n) {
-            return Err(IoError::malformed(path, Place::File, "a column of the cloud is not as long as its positions"));
+            return Err(IoError::malformed(
+                path,
+                Place::File,
+                "a column of the cloud is not as long as its positions",
+            ));
         }
         if let Some(i) = self.position.iter().position(|p| !p.is_finite()) {
             let p = self.position[i];

@@ -13,7 +13,9 @@ const LIMIT: u64 = 64 << 20;
 /// Reads the file; `None` when there is none.
 pub fn read(path: &Path) -> Result<Option<Review>, IoError> {
     match Input::open(path) {
-        Err(IoError::Os { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(IoError::Os { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            Ok(None)
+        }
         opened => read_from(&mut opened?).map(Some),
     }
 }
@@ -22,7 +24,10 @@ pub fn read(path: &Path) -> Result<Option<Review>, IoError> {
 pub fn read_from(input: &mut Input) -> Result<Review, IoError> {
     let text = input.text(LIMIT)?;
     serde_json::from_str(&text).map_err(|e| {
-        input.malformed(Place::Line(e.line() as u64), format!("not a review: {e}; save it again from the report"))
+        input.malformed(
+            Place::Line(e.line() as u64),
+            format!("not a review: {e}; save it again from the report"),
+        )
     })
 }
 
@@ -40,9 +45,15 @@ mod tests {
             "x_m": -62000.5, "y_m": 1.0, "z_m": 2, "qw": 1, "qx": 0, "qy": 0, "qz": 0, "fitness_m": 0.02, "occlusion": 0.4, "note": ""}]}"#;
         std::fs::write(&path, text).unwrap();
         let review = read(&path).unwrap().unwrap();
-        assert_eq!((review.blocks[0].block_id, review.blocks[0].verdict), (3, scene::Verdict::Rejected));
+        assert_eq!(
+            (review.blocks[0].block_id, review.blocks[0].verdict),
+            (3, scene::Verdict::Rejected)
+        );
         std::fs::write(&path, text.replace("rejected", "perhaps")).unwrap();
         let message = read(&path).unwrap_err().to_string();
-        assert!(message.contains("review.json, line 1") && message.contains("perhaps"), "{message}");
+        assert!(
+            message.contains("review.json, line 1") && message.contains("perhaps"),
+            "{message}"
+        );
     }
 }

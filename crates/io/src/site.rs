@@ -32,7 +32,9 @@ impl Site {
         all.extend(self.spec.survey.iter().map(|s| s.file.clone()));
         all.extend(self.spec.design_file.iter().map(|d| d.file.clone()));
         let beside = self.spec.catalog.parent().unwrap_or(Path::new(""));
-        all.extend(self.catalog.block.iter().filter_map(|b| b.mesh.as_ref()).map(|m| beside.join(m)));
+        all.extend(
+            self.catalog.block.iter().filter_map(|b| b.mesh.as_ref()).map(|m| beside.join(m)),
+        );
         all.sort();
         all.dedup();
         all
@@ -41,7 +43,11 @@ impl Site {
 
 /// Reads `folder/site.toml` (or the file itself) and its catalogue, checks both and finds the files they name.
 pub fn load(folder_or_file: &Path) -> Result<Site, IoError> {
-    let file = if folder_or_file.is_dir() { folder_or_file.join("site.toml") } else { folder_or_file.to_path_buf() };
+    let file = if folder_or_file.is_dir() {
+        folder_or_file.join("site.toml")
+    } else {
+        folder_or_file.to_path_buf()
+    };
     let spec: SiteSpec = read_toml(&file)?;
     spec.check().map_err(|e| IoError::malformed(&file, Place::File, e.to_string()))?;
     let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -49,7 +55,11 @@ pub fn load(folder_or_file: &Path) -> Result<Site, IoError> {
     let catalog = load_catalog(&catalog_file)?;
     let survey = |s: &scene::SurveySpec| resolve(&file, "survey.file", &s.file);
     let survey_files = spec.survey.iter().map(survey).collect::<Result<_, _>>()?;
-    let design_file = spec.design_file.as_ref().map(|d| resolve(&file, "design_file.file", &d.file)).transpose()?;
+    let design_file = spec
+        .design_file
+        .as_ref()
+        .map(|d| resolve(&file, "design_file.file", &d.file))
+        .transpose()?;
     Ok(Site { folder, spec, catalog_file, catalog, survey_files, design_file })
 }
 
@@ -98,7 +108,9 @@ pub fn read_toml<T: DeserializeOwned>(path: &Path) -> Result<T, IoError> {
 /// The same from text; `name` appears in messages.
 pub fn parse_toml<T: DeserializeOwned>(name: &Path, text: &str) -> Result<T, IoError> {
     toml::from_str(text).map_err(|e| {
-        let line = |at: usize| text.as_bytes()[..at.min(text.len())].iter().filter(|&&b| b == b'\n').count() as u64 + 1;
+        let line = |at: usize| {
+            text.as_bytes()[..at.min(text.len())].iter().filter(|&&b| b == b'\n').count() as u64 + 1
+        };
         let at = e.span().map_or(Place::File, |s| Place::Line(line(s.start)));
         IoError::malformed(name, at, e.message().replace('\n', " "))
     })

@@ -33,7 +33,9 @@ fn read_binary(input: &mut Input, promised: u64) -> Result<TriMesh, IoError> {
     let mut mesh = TriMesh::default();
     mesh.vertices.reserve_exact(promised as usize * 3);
     for (i, record) in bytes.chunks_exact(RECORD as usize).enumerate() {
-        let value = |k: usize| f32::from_le_bytes(record[12 + 4 * k..16 + 4 * k].try_into().expect("four bytes"));
+        let value = |k: usize| {
+            f32::from_le_bytes(record[12 + 4 * k..16 + 4 * k].try_into().expect("four bytes"))
+        };
         let corners = [0, 3, 6].map(|k| Vec3::new(value(k), value(k + 1), value(k + 2)));
         push(input, &mut mesh, corners, Place::Record(i as u64 + 1))?;
     }
@@ -41,16 +43,18 @@ fn read_binary(input: &mut Input, promised: u64) -> Result<TriMesh, IoError> {
 }
 
 fn read_ascii(input: &mut Input) -> Result<TriMesh, IoError> {
-    let (mut mesh, mut corners, mut buffer, mut line) = (TriMesh::default(), Vec::new(), Vec::new(), 1);
+    let (mut mesh, mut corners, mut buffer, mut line) =
+        (TriMesh::default(), Vec::new(), Vec::new(), 1);
     let mut started = false;
     while input.line(&mut buffer, line, 4096)? {
         let text = String::from_utf8_lossy(&buffer);
         let mut words = text.split_whitespace();
         let first = words.next().unwrap_or_default().to_ascii_lowercase();
         if !started && !first.is_empty() && first != "solid" {
-            return Err(
-                input.malformed(Place::Line(line), "this is neither a text STL (`solid …`) nor a whole binary one")
-            );
+            return Err(input.malformed(
+                Place::Line(line),
+                "this is neither a text STL (`solid …`) nor a whole binary one",
+            ));
         }
         started |= first == "solid";
         if first == "vertex" {

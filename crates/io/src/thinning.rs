@@ -21,7 +21,13 @@ impl Thinning {
     /// Cubes of this edge, in the file's unit; it must be above 0.
     pub fn new(cell_m: f64) -> Self {
         assert!(cell_m > 0.0, "a cube needs an edge above 0");
-        Self { cell_m, cubes: HashMap::new(), kept: RawCloud::default(), distance2: Vec::new(), seen: 0 }
+        Self {
+            cell_m,
+            cubes: HashMap::new(),
+            kept: RawCloud::default(),
+            distance2: Vec::new(),
+            seen: 0,
+        }
     }
 
     /// Adds the points of a batch.

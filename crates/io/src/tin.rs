@@ -49,13 +49,19 @@ impl Tin {
             }
             let span = |axis: usize, n: usize| {
                 let values = [a[axis], b[axis], c[axis]].map(|v| (v - origin[axis]) / cell_m);
-                let low = values.iter().copied().fold(f64::INFINITY, f64::min).ceil().max(0.0) as usize;
+                let low =
+                    values.iter().copied().fold(f64::INFINITY, f64::min).ceil().max(0.0) as usize;
                 let high = values.iter().copied().fold(0.0, f64::max).floor() as usize;
                 low..=high.min(n - 1)
             };
             for j in span(1, rows) {
                 for i in span(0, columns) {
-                    let p = DVec3::new(origin[0] + i as f64 * cell_m, origin[1] + j as f64 * cell_m, 0.0).truncate();
+                    let p = DVec3::new(
+                        origin[0] + i as f64 * cell_m,
+                        origin[1] + j as f64 * cell_m,
+                        0.0,
+                    )
+                    .truncate();
                     let wb = (p - a.truncate()).perp_dot((c - a).truncate()) / area;
                     let wc = (b - a).truncate().perp_dot(p - a.truncate()) / area;
                     if wb < -1e-9 || wc < -1e-9 || wb + wc > 1.0 + 1e-9 {
@@ -79,7 +85,10 @@ mod tests {
     fn a_sloping_square_has_its_plane_on_the_grid() {
         let z = |x: f64, y: f64| 3.0 - 0.5 * x + 0.25 * y;
         let v = |x: f64, y: f64| DVec3::new(x + 1000.0, y - 500.0, z(x, y));
-        let tin = Tin::of_faces(&[[v(0.0, 0.0), v(4.0, 0.0), v(4.0, 3.0)], [v(0.0, 0.0), v(4.0, 3.0), v(0.0, 3.0)]]);
+        let tin = Tin::of_faces(&[
+            [v(0.0, 0.0), v(4.0, 0.0), v(4.0, 3.0)],
+            [v(0.0, 0.0), v(4.0, 3.0), v(0.0, 3.0)],
+        ]);
         let surface = tin.on_grid(0.5).unwrap();
         for (x, y) in [(0.0, 0.0), (1.25, 2.75), (4.0, 3.0), (2.0, 1.5)] {
             let level = surface.level_at(1000.0 + x, -500.0 + y).unwrap();

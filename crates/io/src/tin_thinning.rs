@@ -29,7 +29,8 @@ pub struct TinThinning<'a> {
 impl<'a> TinThinning<'a> {
     /// Measures every triangle that may be used.
     pub fn new(raster: &'a Raster) -> Self {
-        let squares = [raster.columns, raster.rows()].map(|n| n.saturating_sub(1).div_ceil(SQUARE).max(1));
+        let squares =
+            [raster.columns, raster.rows()].map(|n| n.saturating_sub(1).div_ceil(SQUARE).max(1));
         let columns = squares[0] * SQUARE + 1;
         let error_m = vec![0.0; columns * (squares[1] * SQUARE + 1)];
         let mut thinning = Self { raster, columns, squares, error_m };
@@ -101,7 +102,9 @@ impl<'a> TinThinning<'a> {
                 if z.is_finite() {
                     with_height = true;
                     let wc = 1.0 - wa - wb;
-                    let level = wa * f64::from(heights[0]) + wb * f64::from(heights[1]) + wc * f64::from(heights[2]);
+                    let level = wa * f64::from(heights[0])
+                        + wb * f64::from(heights[1])
+                        + wc * f64::from(heights[2]);
                     worst = worst.max((level - f64::from(z)).abs() as f32);
                 } else {
                     holes = true;
@@ -163,14 +166,26 @@ mod tests {
 
     fn raster(columns: usize, rows: usize, height: impl Fn(f64, f64) -> f64) -> Raster {
         let at = |i: usize| height((i % columns) as f64, (i / columns) as f64) as f32;
-        Raster { origin: [1000.0, -500.0], cell_m: 0.5, columns, value: (0..columns * rows).map(at).collect() }
+        Raster {
+            origin: [1000.0, -500.0],
+            cell_m: 0.5,
+            columns,
+            value: (0..columns * rows).map(at).collect(),
+        }
     }
 
     /// The surface at one node of its grid; NaN outside.
     fn level_m(surface: &DesignSurface, east: f64, north: f64) -> f64 {
-        let DesignSurface::Grid { origin, cell_m, columns, level_m } = surface else { panic!("not a grid") };
-        let [i, j] = [(east - origin[0]) / cell_m, (north - origin[1]) / cell_m].map(|n| n.round() as usize);
-        if i < *columns { level_m.get(j * columns + i).copied().unwrap_or(f64::NAN) } else { f64::NAN }
+        let DesignSurface::Grid { origin, cell_m, columns, level_m } = surface else {
+            panic!("not a grid")
+        };
+        let [i, j] =
+            [(east - origin[0]) / cell_m, (north - origin[1]) / cell_m].map(|n| n.round() as usize);
+        if i < *columns {
+            level_m.get(j * columns + i).copied().unwrap_or(f64::NAN)
+        } else {
+            f64::NAN
+        }
     }
 
     #[test]
@@ -192,7 +207,8 @@ mod tests {
         let surface = tin.on_grid(0.5).unwrap();
         assert!(level_m(&surface, 1001.0, -499.5).is_nan());
         for (i, &z) in rough.value.iter().enumerate().filter(|(_, z)| z.is_finite()) {
-            let level = level_m(&surface, 1000.0 + (i % 5) as f64 * 0.5, -500.0 + (i / 5) as f64 * 0.5);
+            let level =
+                level_m(&surface, 1000.0 + (i % 5) as f64 * 0.5, -500.0 + (i / 5) as f64 * 0.5);
             assert!((level - f64::from(z)).abs() < 1e-6, "{i}: {level} instead of {z}");
         }
     }

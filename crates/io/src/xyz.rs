@@ -26,7 +26,8 @@ impl Columns {
         let plain = |w: &str| w.trim_matches(['"', ' ']).trim_start_matches("//").to_lowercase();
         let find = |names: &[&str]| words.iter().position(|w| names.contains(&plain(w).as_str()));
         let need = |column: &'static str, names: &[&str]| {
-            let found: String = words.join(", ").chars().filter(|c| !c.is_control()).take(300).collect();
+            let found: String =
+                words.join(", ").chars().filter(|c| !c.is_control()).take(300).collect();
             find(names).ok_or(IoError::MissingColumn { path: input.path.into(), column, found })
         };
         Ok(Self {
@@ -52,7 +53,10 @@ impl Columns {
 }
 
 /// Hands the points on in batches; what comes back has everything but the points.
-pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>) -> Result<RawCloud, IoError> {
+pub fn stream(
+    input: &mut Input,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     let (mut buffer, mut line, mut columns) = (Vec::new(), 0, None);
     let mut batch = RawCloud::default();
     loop {
@@ -61,7 +65,8 @@ pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), Io
             break;
         }
         let at = Place::Line(line);
-        let text = std::str::from_utf8(&buffer).map_err(|_| input.malformed(at, "the line is not text"))?;
+        let text = std::str::from_utf8(&buffer)
+            .map_err(|_| input.malformed(at, "the line is not text"))?;
         let text = text.trim_start_matches('\u{feff}').trim();
         let words: Vec<&str> = if text.contains([',', ';', '\t']) {
             text.split([',', ';', '\t']).map(str::trim).collect()
@@ -71,7 +76,10 @@ pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), Io
         let first = words.first().copied().unwrap_or_default();
         let starts = columns.is_none();
         let named = first.trim_matches('"').trim_start_matches("//").eq_ignore_ascii_case("x");
-        if text.is_empty() || text.starts_with('#') || (text.starts_with("//") && !(starts && named)) {
+        if text.is_empty()
+            || text.starts_with('#')
+            || (text.starts_with("//") && !(starts && named))
+        {
             continue;
         }
         if starts && words.len() == 1 && first.parse::<u64>().is_ok() {
@@ -95,10 +103,19 @@ pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), Io
     Ok(RawCloud::default())
 }
 
-fn push(input: &Input, batch: &mut RawCloud, columns: &Columns, words: &[&str], at: Place) -> Result<(), IoError> {
+fn push(
+    input: &Input,
+    batch: &mut RawCloud,
+    columns: &Columns,
+    words: &[&str],
+    at: Place,
+) -> Result<(), IoError> {
     let number = |name: &str, i: usize| {
-        let word = words.get(i).ok_or_else(|| input.malformed(at, format!("the value of `{name}` is missing")))?;
-        word.parse::<f64>().map_err(|_| input.malformed(at, format!("`{name}` = `{word}` is not a number")))
+        let word = words
+            .get(i)
+            .ok_or_else(|| input.malformed(at, format!("the value of `{name}` is missing")))?;
+        word.parse::<f64>()
+            .map_err(|_| input.malformed(at, format!("`{name}` = `{word}` is not a number")))
     };
     let [x, y, z] = columns.xyz;
     let p = DVec3::new(number("x", x)?, number("y", y)?, number("z", z)?);
@@ -108,11 +125,14 @@ fn push(input: &Input, batch: &mut RawCloud, columns: &Columns, words: &[&str], 
     batch.position.push(p);
     if let (Some(i), Some(column)) = (columns.instance, &mut batch.instance) {
         let v = number("instance", i)?;
-        column.push(label(v, u32::MAX).ok_or_else(|| input.malformed(at, not_a_label("instance", v)))?);
+        column.push(
+            label(v, u32::MAX).ok_or_else(|| input.malformed(at, not_a_label("instance", v)))?,
+        );
     }
     if let (Some(i), Some(column)) = (columns.model, &mut batch.model) {
         let v = number("model", i)?;
-        let wide = label(v, u16::MAX.into()).ok_or_else(|| input.malformed(at, not_a_label("model", v)))?;
+        let wide = label(v, u16::MAX.into())
+            .ok_or_else(|| input.malformed(at, not_a_label("model", v)))?;
         column.push(wide as u16);
     }
     if let (Some(i), Some(column)) = (columns.confidence, &mut batch.confidence) {

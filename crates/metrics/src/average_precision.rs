@@ -46,14 +46,17 @@ fn at_iou(scenes: &[ScoredScene], min_iou: f64) -> Result<Option<f64>, MetricsEr
     for (number, scene) in scenes.iter().enumerate() {
         let overlaps = iou_pairs(&scene.labels, number)?;
         let score_of = |instance: u32| {
-            let missing = MetricsError::NoScore { scene: number, instance, scores: scene.score.len() };
+            let missing =
+                MetricsError::NoScore { scene: number, instance, scores: scene.score.len() };
             scene.score.get(instance as usize - 1).copied().ok_or(missing)
         };
         truths += overlaps.truth.len();
         let mut matched = Vec::new();
         for &t in overlaps.truth.keys() {
             let mut best: Option<f32> = None;
-            for (&(p, _), _) in overlaps.iou.iter().filter(|((_, u), iou)| *u == t && **iou > min_iou) {
+            for (&(p, _), _) in
+                overlaps.iou.iter().filter(|((_, u), iou)| *u == t && **iou > min_iou)
+            {
                 matched.push(p);
                 let score = score_of(p)?;
                 match best {
@@ -105,7 +108,11 @@ fn area(detections: &mut [(f32, bool)], missed: usize) -> f64 {
     let recall = |k: isize| {
         if k < 0 { nodes[0].1 } else { nodes.get(k as usize).map_or(0.0, |n| n.1) }
     };
-    nodes.iter().enumerate().map(|(k, n)| n.0 * 0.5 * (recall(k as isize - 1) - recall(k as isize + 1))).sum()
+    nodes
+        .iter()
+        .enumerate()
+        .map(|(k, n)| n.0 * 0.5 * (recall(k as isize - 1) - recall(k as isize + 1)))
+        .sum()
 }
 
 #[cfg(test)]
@@ -123,10 +130,16 @@ mod tests {
         predicted[40] = 5; // 4: .9, 5: 10/11
         predicted[0..4].fill(6); // on nothing
         let score = [0.9, 0.8, 0.7, 0.6, 0.6, 0.95];
-        let scene = ScoredScene { labels: InstanceScene { predicted: &predicted, truth: &truth }, score: &score };
+        let scene = ScoredScene {
+            labels: InstanceScene { predicted: &predicted, truth: &truth },
+            score: &score,
+        };
         let got = average_precision(&[scene]).unwrap();
         let close = |a: Option<f64>, b: f64| (a.unwrap() - b).abs() < 1e-9;
-        assert!(close(got.ap50, GOLDEN[0]) && close(got.ap25, GOLDEN[1]) && close(got.ap, GOLDEN[2]), "{got:?}");
+        assert!(
+            close(got.ap50, GOLDEN[0]) && close(got.ap25, GOLDEN[1]) && close(got.ap, GOLDEN[2]),
+            "{got:?}"
+        );
     }
 
     const GOLDEN: [f64; 3] = [0.4, 0.625, 0.224_074_074_074_074_06];

@@ -5,7 +5,9 @@
 #[non_exhaustive]
 pub enum MetricsError {
     /// Two label columns of one scene differ in length.
-    #[error("scene {scene}: {predicted} predicted labels but {truth} true ones; both must have one label a point")]
+    #[error(
+        "scene {scene}: {predicted} predicted labels but {truth} true ones; both must have one label a point"
+    )]
     LabelCount {
         /// Scene, from 0.
         scene: usize,
@@ -15,7 +17,9 @@ pub enum MetricsError {
         truth: usize,
     },
     /// An instance without a score.
-    #[error("scene {scene}: instance {instance} has no score; give one for each of the {scores} instances, from 1")]
+    #[error(
+        "scene {scene}: instance {instance} has no score; give one for each of the {scores} instances, from 1"
+    )]
     NoScore {
         /// Scene, from 0.
         scene: usize,

@@ -18,7 +18,8 @@ pub struct Fitting {
 
 /// E_f and R of point-to-face distances at `threshold_m` (the thesis: 0.1 m, 0.2 m for the largest blocks).
 pub fn fitting(distance_m: &[f32], threshold_m: f32) -> Fitting {
-    let within: Vec<f64> = distance_m.iter().filter(|&&h| h <= threshold_m).map(|&h| f64::from(h)).collect();
+    let within: Vec<f64> =
+        distance_m.iter().filter(|&&h| h <= threshold_m).map(|&h| f64::from(h)).collect();
     let n = within.len() as f64;
     Fitting {
         error_m: (!within.is_empty()).then(|| within.iter().sum::<f64>() / n),
@@ -28,7 +29,12 @@ pub fn fitting(distance_m: &[f32], threshold_m: f32) -> Fitting {
 
 /// Distance of each point to the nearest face of any block, metres; infinite beyond `reach_m` of all blocks' boxes
 /// (a reach of h_th or more leaves [`fitting`] exact).
-pub fn model_distances_m(points: &[Vec3], blocks: &[PlacedBlock], catalog: &Catalog, reach_m: f32) -> Vec<f32> {
+pub fn model_distances_m(
+    points: &[Vec3],
+    blocks: &[PlacedBlock],
+    catalog: &Catalog,
+    reach_m: f32,
+) -> Vec<f32> {
     let mut distance = vec![f32::INFINITY; points.len()];
     for (id, model) in catalog.iter() {
         let placed: Vec<_> = blocks.iter().filter(|b| b.model == id).collect();

@@ -94,7 +94,10 @@ pub fn iou_pairs(scene: &InstanceScene, number: usize) -> Result<Overlaps, Metri
 
 /// Block-wise counts at `min_iou`, pooled over the scenes. Each prediction and each truth is used once,
 /// the largest overlap first.
-pub fn precision_recall(scenes: &[InstanceScene], min_iou: f64) -> Result<DetectionCounts, MetricsError> {
+pub fn precision_recall(
+    scenes: &[InstanceScene],
+    min_iou: f64,
+) -> Result<DetectionCounts, MetricsError> {
     let mut counts = DetectionCounts::default();
     for (number, scene) in scenes.iter().enumerate() {
         let overlaps = iou_pairs(scene, number)?;
@@ -120,7 +123,8 @@ pub fn precision_recall(scenes: &[InstanceScene], min_iou: f64) -> Result<Detect
 /// Label columns without what does not count: points of hidden blocks (`hidden[n − 1]` for block `n`) are left out, and
 /// an instance that has most of its points on them is none. Both columns are as long as each other, as before.
 pub fn without_hidden(predicted: &[u32], truth: &[u32], hidden: &[bool]) -> (Vec<u32>, Vec<u32>) {
-    let is_hidden = |label: u32| label > 0 && hidden.get(label as usize - 1).copied().unwrap_or(false);
+    let is_hidden =
+        |label: u32| label > 0 && hidden.get(label as usize - 1).copied().unwrap_or(false);
     let mut points: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
     for (&p, &t) in predicted.iter().zip(truth) {
         let count = points.entry(p).or_default();
@@ -141,8 +145,13 @@ mod tests {
         // Instance 1 meets truth 1 with 3/4; instance 2 meets truth 2 with 1/3; truth 3 is missed.
         let predicted = [1, 1, 1, 0, 2, 2, 0, 0];
         let truth = [1, 1, 1, 1, 2, 0, 2, 3];
-        let counts = precision_recall(&[InstanceScene { predicted: &predicted, truth: &truth }], 0.5).unwrap();
-        assert_eq!(counts, DetectionCounts { true_positives: 1, false_positives: 1, false_negatives: 2 });
+        let counts =
+            precision_recall(&[InstanceScene { predicted: &predicted, truth: &truth }], 0.5)
+                .unwrap();
+        assert_eq!(
+            counts,
+            DetectionCounts { true_positives: 1, false_positives: 1, false_negatives: 2 }
+        );
         assert_eq!(counts.precision(), Some(0.5));
         assert_eq!(counts.recall(), Some(1.0 / 3.0));
     }
@@ -150,7 +159,8 @@ mod tests {
     #[test]
     fn hidden_blocks_and_what_lies_on_them_are_left_out() {
         // Block 2 is hidden; instance 7 lies on it with two of three points, instance 8 with one of three.
-        let (predicted, truth) = without_hidden(&[7, 7, 7, 8, 8, 8, 0], &[2, 2, 1, 1, 1, 2, 0], &[false, true]);
+        let (predicted, truth) =
+            without_hidden(&[7, 7, 7, 8, 8, 8, 0], &[2, 2, 1, 1, 1, 2, 0], &[false, true]);
         assert_eq!(predicted, [0, 8, 8, 0]);
         assert_eq!(truth, [1, 1, 1, 0]);
     }

@@ -12,7 +12,13 @@ pub fn packing_density_per_m2(blocks: usize, area_m2: f64) -> Option<f64> {
 
 /// The count a handbook expects: N = φ·A·V^(−2/3) with φ = n·k_Δ·(1 − P), `layers` n, layer coefficient k_Δ and
 /// porosity P.
-pub fn expected_blocks(area_m2: f64, volume_m3: f64, layers: f64, layer_coefficient: f64, porosity: f64) -> f64 {
+pub fn expected_blocks(
+    area_m2: f64,
+    volume_m3: f64,
+    layers: f64,
+    layer_coefficient: f64,
+    porosity: f64,
+) -> f64 {
     layers * layer_coefficient * (1.0 - porosity) * area_m2 * volume_m3.powf(-2.0 / 3.0)
 }
 

@@ -17,7 +17,12 @@ pub struct PoseError {
 }
 
 /// Error of `estimate` of block type `estimated`, judged with the centre and the group of the true type.
-pub fn pose_error(estimated: &BlockModel, estimate: &Pose, true_model: &BlockModel, truth: &Pose) -> PoseError {
+pub fn pose_error(
+    estimated: &BlockModel,
+    estimate: &Pose,
+    true_model: &BlockModel,
+    truth: &Pose,
+) -> PoseError {
     let displacement = (*estimate * estimated.centre) - (*truth * true_model.centre);
     PoseError {
         displacement_m: displacement.length(),

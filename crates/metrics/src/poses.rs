@@ -106,20 +106,28 @@ pub fn score_poses(
     catalog: &Catalog,
     criteria: &PoseCriteria,
 ) -> PoseScore {
-    let judged: Vec<&Recognised> = estimates.iter().filter(|r| r.judgement == Judgement::Accepted).collect();
+    let judged: Vec<&Recognised> =
+        estimates.iter().filter(|r| r.judgement == Judgement::Accepted).collect();
     let mut pairs = Vec::new();
     for (e, estimate) in judged.iter().enumerate() {
         for (t, truth) in truths.iter().enumerate() {
             let true_model = catalog.get(truth.placed.model);
             let model = catalog.get(estimate.model);
-            let error = pose_error(model, &estimate.site_from_block, true_model, &truth.placed.site_from_block);
+            let error = pose_error(
+                model,
+                &estimate.site_from_block,
+                true_model,
+                &truth.placed.site_from_block,
+            );
             let near = error.displacement_m <= criteria.max_displacement_ratio * true_model.d_box_m;
             if near && error.rotation_rad <= criteria.max_rotation_deg.to_radians() {
                 pairs.push((error, e, t));
             }
         }
     }
-    pairs.sort_by(|a, b| a.0.displacement_m.total_cmp(&b.0.displacement_m).then((a.1, a.2).cmp(&(b.1, b.2))));
+    pairs.sort_by(|a, b| {
+        a.0.displacement_m.total_cmp(&b.0.displacement_m).then((a.1, a.2).cmp(&(b.1, b.2)))
+    });
     let mut of_estimate: Vec<Option<(usize, PoseError)>> = vec![None; judged.len()];
     let mut taken = vec![false; truths.len()];
     for (error, e, t) in pairs {
@@ -142,7 +150,8 @@ pub fn score_poses(
                 let truth = &truths[t].placed;
                 let centre = |model: ModelId, pose: Pose| pose * catalog.get(model).centre;
                 displaced.push(
-                    centre(estimate.model, estimate.site_from_block) - centre(truth.model, truth.site_from_block),
+                    centre(estimate.model, estimate.site_from_block)
+                        - centre(truth.model, truth.site_from_block),
                 );
                 score.confidence.push((estimate.confidence, right || !estimate.type_judged));
             }

@@ -49,7 +49,12 @@ impl SurfaceMoments {
 }
 
 /// Root mean square way of the surface between two poses of a block, metres, modulo its proper symmetries.
-pub fn surface_distance_m(model: &BlockModel, moments: &SurfaceMoments, estimate: &Pose, truth: &Pose) -> f64 {
+pub fn surface_distance_m(
+    model: &BlockModel,
+    moments: &SurfaceMoments,
+    estimate: &Pose,
+    truth: &Pose,
+) -> f64 {
     let group = &model.symmetry;
     (0..group.order())
         .map(|k| squared_m2(moments, estimate, &(*truth * group.element(k))))
@@ -61,7 +66,9 @@ fn squared_m2(moments: &SurfaceMoments, a: &Pose, b: &Pose) -> f64 {
     let place = |p: &Pose| p.rotation.as_dquat() * moments.centroid + p.translation.as_dvec3();
     let shift = (place(a) - place(b)).length_squared();
     // ‖(A − B) x‖² summed over the second moment: trace of (A−B) M (A−B)ᵀ.
-    let column = |axis: Vec3| a.rotation.as_dquat() * axis.as_dvec3() - b.rotation.as_dquat() * axis.as_dvec3();
+    let column = |axis: Vec3| {
+        a.rotation.as_dquat() * axis.as_dvec3() - b.rotation.as_dquat() * axis.as_dvec3()
+    };
     let d = [column(Vec3::X), column(Vec3::Y), column(Vec3::Z)];
     let mut turn = 0.0;
     for i in 0..3 {

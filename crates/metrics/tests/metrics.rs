@@ -3,16 +3,21 @@
 use geom::{Pose, Quat, TriMesh, Vec3};
 use metrics::{PoseCriteria, TrueBlock, model_distances_m, pose_error, score_poses};
 use proptest::prelude::*;
-use scene::{BlockModel, Catalog, InstanceId, Judgement, ModelId, PlacedBlock, Recognised, SymmetryGroup};
+use scene::{
+    BlockModel, Catalog, InstanceId, Judgement, ModelId, PlacedBlock, Recognised, SymmetryGroup,
+};
 
 /// A 2 m cube whose file's origin is a corner, with the four rotations about z.
 fn cube() -> BlockModel {
-    let vertices =
-        (0..8).map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0).collect::<Vec<_>>();
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let vertices = (0..8)
+        .map(|i| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0)
+        .collect::<Vec<_>>();
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
     let centre = Vec3::ONE;
-    let turns = (0..4).map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::FRAC_PI_2)).collect();
+    let turns =
+        (0..4).map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::FRAC_PI_2)).collect();
     BlockModel {
         name: "cube".into(),
         mesh: TriMesh { vertices, triangles },
@@ -50,14 +55,21 @@ fn recognised(pose: Pose, judgement: Judgement) -> Recognised {
 }
 
 fn truth(pose: Pose, occlusion: f32) -> TrueBlock {
-    TrueBlock { placed: PlacedBlock { block: InstanceId(1), model: ModelId(0), site_from_block: pose }, occlusion }
+    TrueBlock {
+        placed: PlacedBlock { block: InstanceId(1), model: ModelId(0), site_from_block: pose },
+        occlusion,
+    }
 }
 
 #[test]
 fn counts_by_hand() {
     let catalog = Catalog::new(vec![cube()]);
-    let truths =
-        [truth(at(0.0, 0.0), 0.3), truth(at(5.0, 0.0), 0.9), truth(at(10.0, 0.0), 0.5), truth(at(15.0, 0.0), 0.2)];
+    let truths = [
+        truth(at(0.0, 0.0), 0.3),
+        truth(at(5.0, 0.0), 0.9),
+        truth(at(10.0, 0.0), 0.5),
+        truth(at(15.0, 0.0), 0.2),
+    ];
     let estimates = [
         recognised(at(0.1, 3.0), Judgement::Accepted), // true positive: 0.1 m ≤ 0.2 m, 3° ≤ 5°
         recognised(at(0.15, 0.0), Judgement::Accepted), // second on the same truth: false positive
@@ -66,7 +78,10 @@ fn counts_by_hand() {
         recognised(at(15.0, 0.0), Judgement::NotJudged), // no statement: the truth is missed
     ];
     let score = score_poses(&estimates, &truths, &catalog, &PoseCriteria::default());
-    assert_eq!((score.counts.true_positives, score.counts.false_positives, score.counts.false_negatives), (1, 2, 2));
+    assert_eq!(
+        (score.counts.true_positives, score.counts.false_positives, score.counts.false_negatives),
+        (1, 2, 2)
+    );
     assert_eq!((score.ignored, score.types_right), (1, 1));
     assert!((score.mean_displacement_m().unwrap() - 0.1).abs() < 1e-5);
     assert!((score.mean_rotation_rad().unwrap().to_degrees() - 3.0).abs() < 1e-3);
@@ -76,8 +91,12 @@ fn counts_by_hand() {
 fn distances_to_two_cubes() {
     let catalog = Catalog::new(vec![cube()]);
     let blocks = [truth(at(0.0, 0.0), 0.0).placed, truth(at(5.0, 0.0), 0.0).placed];
-    let points =
-        [Vec3::new(1.0, 1.0, 2.25), Vec3::new(4.9, 1.0, 1.0), Vec3::new(1.0, 1.0, 1.5), Vec3::new(0.0, 9.0, 0.0)];
+    let points = [
+        Vec3::new(1.0, 1.0, 2.25),
+        Vec3::new(4.9, 1.0, 1.0),
+        Vec3::new(1.0, 1.0, 1.5),
+        Vec3::new(0.0, 9.0, 0.0),
+    ];
     let distance = model_distances_m(&points, &blocks, &catalog, 0.5);
     for (got, want) in distance.iter().zip([0.25, 0.1, 0.5]) {
         assert!((got - want).abs() < 1e-5, "{distance:?}");
@@ -90,7 +109,9 @@ fn distances_to_two_cubes() {
 fn surface_distance_agrees_with_the_oracle() {
     let model = cube();
     let moments = metrics::SurfaceMoments::of(&model.mesh);
-    let turn = |axis: [f32; 3], deg: f32| Quat::from_axis_angle(Vec3::from_array(axis).normalize(), deg.to_radians());
+    let turn = |axis: [f32; 3], deg: f32| {
+        Quat::from_axis_angle(Vec3::from_array(axis).normalize(), deg.to_radians())
+    };
     let pose = |t: [f32; 3], q: Quat| Pose::from_parts(Vec3::from_array(t), q);
     let cases = [
         (pose([0.3, -0.4, 0.0], Quat::IDENTITY), Pose::IDENTITY, 0.5),

@@ -44,7 +44,12 @@ pub struct PoolingGradients {
 
 /// Pooled features `[count, c + 10]` of the first `count` points; `a` `[m, c]` reaches as far as their neighbours do
 /// ([`Neighbourhood::reach`]). Runs on the current rayon pool.
-pub fn pool(a: &[f32], hood: &Neighbourhood, count: usize, weights: PoolingWeights<'_>) -> Vec<f32> {
+pub fn pool(
+    a: &[f32],
+    hood: &Neighbourhood,
+    count: usize,
+    weights: PoolingWeights<'_>,
+) -> Vec<f32> {
     assert!(a.len() >= hood.reach(count) * weights.bias.len(), "one row of features a neighbour");
     let layer = Layer::new(a, hood, weights);
     let mut out = vec![0.0; count * layer.wide];
@@ -59,7 +64,12 @@ pub fn pool(a: &[f32], hood: &Neighbourhood, count: usize, weights: PoolingWeigh
 }
 
 /// Gradients for the gradient `grad` `[n, c + 10]` of the pooled features; single-threaded.
-pub fn pool_backward(a: &[f32], hood: &Neighbourhood, weights: PoolingWeights<'_>, grad: &[f32]) -> PoolingGradients {
+pub fn pool_backward(
+    a: &[f32],
+    hood: &Neighbourhood,
+    weights: PoolingWeights<'_>,
+    grad: &[f32],
+) -> PoolingGradients {
     assert_eq!(a.len(), hood.len() * weights.bias.len(), "one row of features a point");
     let layer = Layer::new(a, hood, weights);
     let (wide, f) = (layer.wide, layer.c + RELATIVE);
@@ -173,7 +183,13 @@ impl WithSimd for Forward<'_, '_> {
 
 /// Fills `features` and `weights` (after the softmax) for the points from `first` on, and `out`.
 #[inline(always)]
-fn forward<S: Simd>(simd: S, layer: &Layer<'_>, first: usize, buffers: &mut Buffers, out: &mut [f32]) {
+fn forward<S: Simd>(
+    simd: S,
+    layer: &Layer<'_>,
+    first: usize,
+    buffers: &mut Buffers,
+    out: &mut [f32],
+) {
     let (k, wide, c) = (layer.hood.k, layer.wide, layer.c);
     let count = out.len() / wide;
     let rows = count * k;
@@ -223,7 +239,8 @@ fn softmax_pool(weights: &mut [f32], features: &[f32], out: &mut [f32], line: &m
     sum.fill(0.0);
     out.fill(0.0);
     for (row, f) in weights.chunks_exact_mut(wide).zip(features.chunks_exact(wide)) {
-        for ((((w, f), top), sum), out) in row.iter_mut().zip(f).zip(top.iter()).zip(sum.iter_mut()).zip(out.iter_mut())
+        for ((((w, f), top), sum), out) in
+            row.iter_mut().zip(f).zip(top.iter()).zip(sum.iter_mut()).zip(out.iter_mut())
         {
             let e = exp_nonpositive(*w - *top);
             *w = e;
@@ -261,7 +278,8 @@ impl WithSimd for Backward<'_, '_> {
         forward(simd, layer, first, buffers, out);
         let (k, wide, c) = (layer.hood.k, layer.wide, layer.c);
         let rows = out.len() / wide * k;
-        let (features, weights) = (&buffers.features[..rows * wide], &mut buffers.weights[..rows * wide]);
+        let (features, weights) =
+            (&buffers.features[..rows * wide], &mut buffers.weights[..rows * wide]);
         let grads = &mut buffers.grads[..rows * wide];
         // Through the weighted sum and the softmax: both need w ⊙ g; the second also f − out.
         for row in 0..rows {
@@ -270,8 +288,12 @@ impl WithSimd for Backward<'_, '_> {
             let o = &out[point * wide..(point + 1) * wide];
             let at = row * wide..(row + 1) * wide;
             let direct = &mut grads[at.clone()];
-            for ((((w, f), direct), g), o) in
-                weights[at.clone()].iter_mut().zip(&features[at]).zip(direct.iter_mut()).zip(g).zip(o)
+            for ((((w, f), direct), g), o) in weights[at.clone()]
+                .iter_mut()
+                .zip(&features[at])
+                .zip(direct.iter_mut())
+                .zip(g)
+                .zip(o)
             {
                 let d = *w * g;
                 *direct = d;
@@ -366,7 +388,11 @@ mod tests {
         }
 
         fn weights(&self) -> PoolingWeights<'_> {
-            PoolingWeights { position: &self.position, bias: &self.bias, attention: &self.attention }
+            PoolingWeights {
+                position: &self.position,
+                bias: &self.bias,
+                attention: &self.attention,
+            }
         }
 
         /// The definition, in f64.
@@ -384,9 +410,12 @@ mod tests {
                         let mut row: Vec<f64> = (0..c)
                             .map(|q| {
                                 let along: f64 = (0..RELATIVE)
-                                    .map(|t| f64::from(l[s][t]) * f64::from(self.position[t * c + q]))
+                                    .map(|t| {
+                                        f64::from(l[s][t]) * f64::from(self.position[t * c + q])
+                                    })
                                     .sum();
-                                let own = f64::from(self.a[i * c + q]) - f64::from(self.a[j * c + q]);
+                                let own =
+                                    f64::from(self.a[i * c + q]) - f64::from(self.a[j * c + q]);
                                 (own + along + f64::from(self.bias[q])).max(0.0)
                             })
                             .collect();
@@ -396,7 +425,9 @@ mod tests {
                     .collect();
                 for q in 0..f {
                     let score = |s: usize| -> f64 {
-                        (0..f).map(|t| features[s][t] * f64::from(self.attention[t * f + q])).sum::<f64>()
+                        (0..f)
+                            .map(|t| features[s][t] * f64::from(self.attention[t * f + q]))
+                            .sum::<f64>()
                     };
                     let e: Vec<f64> = (0..k).map(|s| score(s).exp()).collect();
                     let sum: f64 = e.iter().sum();
@@ -421,7 +452,9 @@ mod tests {
         let case = Case::new(21, 22);
         let n = case.hood.len() * (22 + RELATIVE);
         let seed: Vec<f32> = (0..n).map(|i| ((i * 29 % 17) as f32 - 8.0) / 8.0).collect();
-        let loss = |case: &Case| -> f64 { case.reference().iter().zip(&seed).map(|(o, s)| o * f64::from(*s)).sum() };
+        let loss = |case: &Case| -> f64 {
+            case.reference().iter().zip(&seed).map(|(o, s)| o * f64::from(*s)).sum()
+        };
         let grads = pool_backward(&case.a, &case.hood, case.weights(), &seed);
         let check = |name: &str, got: &[f32], column: &dyn Fn(&mut Case) -> &mut Vec<f32>| {
             for at in (0..got.len()).step_by(1 + got.len() / 40) {
@@ -434,7 +467,11 @@ mod tests {
                 };
                 let want = (moved(step) - moved(-step)) / f64::from(2.0 * step);
                 let error = (f64::from(got[at]) - want).abs();
-                assert!(error < 0.02 * want.abs().max(0.5), "{name}[{at}]: {} against {want}", got[at]);
+                assert!(
+                    error < 0.02 * want.abs().max(0.5),
+                    "{name}[{at}]: {} against {want}",
+                    got[at]
+                );
             }
         };
         check("a", &grads.a, &|c| &mut c.a);

@@ -35,7 +35,10 @@ impl Checkpoint {
         let this = Self::at(folder)?;
         if this.settings()?.is_some_and(|before| before != settings) {
             let path = folder.join(SETTINGS);
-            return Err(error(&path, "this training was begun with other settings; choose another folder"));
+            return Err(error(
+                &path,
+                "this training was begun with other settings; choose another folder",
+            ));
         }
         this.keep_settings(settings)?;
         Ok(this)
@@ -96,7 +99,9 @@ impl Checkpoint {
         done: u64,
         model: &[u8],
     ) -> Result<(), CheckpointError> {
-        replace(&self.file("network.bpk"), |p| network.clone().save_file(p).map_err(|e| e.to_string()))?;
+        replace(&self.file("network.bpk"), |p| {
+            network.clone().save_file(p).map_err(|e| e.to_string())
+        })?;
         replace(&self.file("optimiser.bpk"), |p| optimiser.save(p).map_err(|e| e.to_string()))?;
         self.keep("model.safetensors", model)?;
         replace(&self.file("steps"), |p| fs::write(p, done.to_string()).map_err(|e| e.to_string()))
@@ -142,11 +147,16 @@ impl Curve {
 pub fn guarded<T, E: ToString>(load: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(load)) {
         Ok(loaded) => loaded.map_err(|e| e.to_string()),
-        Err(_) => Err("is damaged; take an earlier copy of the folder, or begin the training anew".into()),
+        Err(_) => {
+            Err("is damaged; take an earlier copy of the folder, or begin the training anew".into())
+        }
     }
 }
 
-fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<(), String>) -> Result<(), CheckpointError> {
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&Path) -> Result<(), String>,
+) -> Result<(), CheckpointError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     // Keeps its ending: the library adds its own to a name without one.
     let new = path.with_file_name(format!("new.{name}"));

@@ -33,7 +33,13 @@ pub struct BackboneConfig {
 
 impl Default for BackboneConfig {
     fn default() -> Self {
-        Self { neighbours: 20, dilation: 4, edge: vec![54, 54, 86], level: vec![64, 96, 128], out: 512 }
+        Self {
+            neighbours: 20,
+            dilation: 4,
+            edge: vec![54, 54, 86],
+            level: vec![64, 96, 128],
+            out: 512,
+        }
     }
 }
 
@@ -113,7 +119,8 @@ impl GraphBackbone {
         let seen = hood.reach(counts[0]);
         let mut a = Vec::new();
         for (first, count) in blocks(seen) {
-            let position = hood.position[first..first + count].iter().flat_map(|p| p.to_array()).collect();
+            let position =
+                hood.position[first..first + count].iter().flat_map(|p| p.to_array()).collect();
             a.extend(floats(self.levels[0].project(rows(position, count, device))));
         }
         let mut results: Vec<Vec<f32>> = Vec::new();
@@ -166,7 +173,8 @@ impl GraphBackbone {
         let mut leaves = Vec::new();
         let mut a = floats(self.levels[0].project(positions(hood, &device.clone())));
         for (at, level) in self.levels.iter().enumerate() {
-            let pooled = rows(level.pool_fused(&a, hood, hood.len()), hood.len(), device).require_grad();
+            let pooled =
+                rows(level.pool_fused(&a, hood, hood.len()), hood.len(), device).require_grad();
             let result = level.finish(pooled.clone());
             let next_a = self.levels.get(at + 1).map(|next| next.project(result.clone()));
             leaves.push(rows(floats(result.clone()), hood.len(), device).require_grad());
@@ -186,11 +194,17 @@ impl Trace<'_> {
 
     /// Runs `loss` backwards through the caller's tape and the backbone: gradients of every parameter of `module`,
     /// which holds this backbone.
-    pub fn backward<M: Module>(self, module: &M, loss: &Tensor<1>, device: &Device) -> GradientsParams {
+    pub fn backward<M: Module>(
+        self,
+        module: &M,
+        loss: &Tensor<1>,
+        device: &Device,
+    ) -> GradientsParams {
         let plain = device.clone().without_autodiff();
         let mut sum = GradientsAccumulator::new();
         let mut tape = loss.backward();
-        let mut leaf_grads: Vec<Option<Tensor<2>>> = self.leaves.iter().map(|l| l.grad_remove(&mut tape)).collect();
+        let mut leaf_grads: Vec<Option<Tensor<2>>> =
+            self.leaves.iter().map(|l| l.grad_remove(&mut tape)).collect();
         sum.accumulate(module, GradientsParams::from_grads(tape, module));
         let n = self.hood.len();
         let mut next_grad: Option<Vec<f32>> = None;
@@ -202,10 +216,12 @@ impl Trace<'_> {
                 proxy = proxy + (next_a * rows(grad, n, &plain).autodiff()).sum();
             }
             let mut tape = proxy.backward();
-            let pooled = level.pooled.grad_remove(&mut tape).expect("the pooled features are a leaf");
+            let pooled =
+                level.pooled.grad_remove(&mut tape).expect("the pooled features are a leaf");
             let mut grads = GradientsParams::from_grads(tape, module);
             let layer = &self.backbone.levels[at];
-            let grad_a = layer.pool_fused_backward(&level.a, self.hood, &floats(pooled), &mut grads, &plain);
+            let grad_a =
+                layer.pool_fused_backward(&level.a, self.hood, &floats(pooled), &mut grads, &plain);
             sum.accumulate(module, grads);
             next_grad = Some(grad_a);
         }
@@ -253,7 +269,13 @@ mod tests {
     }
 
     fn small() -> BackboneConfig {
-        BackboneConfig { neighbours: 6, dilation: 2, edge: vec![8, 12, 22], level: vec![9, 10, 11], out: 16 }
+        BackboneConfig {
+            neighbours: 6,
+            dilation: 2,
+            edge: vec![8, 12, 22],
+            level: vec![9, 10, 11],
+            out: 16,
+        }
     }
 
     fn inferred(backbone: &GraphBackbone, hood: &Neighbourhood, wanted: usize) -> Vec<f32> {
@@ -277,7 +299,11 @@ mod tests {
             let tape = floats(self.tape.get::<D>(param.id).expect("the tape's gradient"));
             let scale = tape.iter().fold(0.0_f32, |a, b| a.max(b.abs()));
             for (a, b) in ours.iter().zip(&tape) {
-                assert!((a - b).abs() <= 1e-3 * scale + 1e-6, "parameter {}: {a} against {b}", self.seen);
+                assert!(
+                    (a - b).abs() <= 1e-3 * scale + 1e-6,
+                    "parameter {}: {a} against {b}",
+                    self.seen
+                );
             }
             self.seen += 1;
         }
@@ -319,7 +345,8 @@ mod tests {
         let device = Device::flex();
         device.seed(2);
         let backbone = GraphBackbone::new(&small(), &device);
-        let bytes = crate::weights::to_bytes(&backbone, &[("kind".into(), "test".into())].into()).unwrap();
+        let bytes =
+            crate::weights::to_bytes(&backbone, &[("kind".into(), "test".into())].into()).unwrap();
         assert_eq!(crate::weights::metadata(&bytes).unwrap()["kind"], "test");
         device.seed(3);
         let mut other = GraphBackbone::new(&small(), &device);
@@ -327,8 +354,17 @@ mod tests {
         crate::weights::from_bytes(&mut other, &bytes).unwrap();
         assert_eq!(inferred(&other, &hood, 30), inferred(&backbone, &hood, 30));
         let mut wide = GraphBackbone::new(&BackboneConfig { out: 20, ..small() }, &device);
-        assert!(matches!(crate::weights::from_bytes(&mut wide, &bytes), Err(crate::WeightsError::Mismatch(_))));
-        assert!(matches!(crate::weights::from_bytes(&mut other, &bytes[..40]), Err(crate::WeightsError::Format(_))));
-        assert!(matches!(crate::weights::from_bytes(&mut other, b"ply"), Err(crate::WeightsError::Format(_))));
+        assert!(matches!(
+            crate::weights::from_bytes(&mut wide, &bytes),
+            Err(crate::WeightsError::Mismatch(_))
+        ));
+        assert!(matches!(
+            crate::weights::from_bytes(&mut other, &bytes[..40]),
+            Err(crate::WeightsError::Format(_))
+        ));
+        assert!(matches!(
+            crate::weights::from_bytes(&mut other, b"ply"),
+            Err(crate::WeightsError::Format(_))
+        ));
     }
 }

@@ -62,7 +62,12 @@ impl GraphConvolution {
     /// The pooled part of the first `count` points, fused, outside any gradient tape.
     pub fn pool_fused(&self, a: &[f32], hood: &Neighbourhood, count: usize) -> Vec<f32> {
         let (position, bias, attention) = self.values();
-        pool(a, hood, count, PoolingWeights { position: &position, bias: &bias, attention: &attention })
+        pool(
+            a,
+            hood,
+            count,
+            PoolingWeights { position: &position, bias: &bias, attention: &attention },
+        )
     }
 
     /// Gradient of `a` for the gradient of the pooled features; the weights' gradients go into `grads`.
@@ -78,9 +83,15 @@ impl GraphConvolution {
         let weights = PoolingWeights { position: &position, bias: &bias, attention: &attention };
         let g = pool_backward(a, hood, weights, grad);
         let (c, wide) = (bias.len(), bias.len() + RELATIVE);
-        grads.register(self.position.id, Tensor::<2>::from_data(TensorData::new(g.position, [RELATIVE, c]), device));
+        grads.register(
+            self.position.id,
+            Tensor::<2>::from_data(TensorData::new(g.position, [RELATIVE, c]), device),
+        );
         grads.register(self.bias.id, Tensor::<1>::from_data(TensorData::new(g.bias, [c]), device));
-        grads.register(self.attention.id, Tensor::<2>::from_data(TensorData::new(g.attention, [wide, wide]), device));
+        grads.register(
+            self.attention.id,
+            Tensor::<2>::from_data(TensorData::new(g.attention, [wide, wide]), device),
+        );
         g.a
     }
 
@@ -94,14 +105,18 @@ impl GraphConvolution {
         for i in 0..n {
             hood.relative_positions(i, |_, l| relative.extend(l));
         }
-        let relative = Tensor::<2>::from_data(TensorData::new(relative, [n * k, RELATIVE]), &device);
+        let relative =
+            Tensor::<2>::from_data(TensorData::new(relative, [n * k, RELATIVE]), &device);
         let other = a.clone().select(0, index).reshape([n, k, c]);
         let own = a.reshape([n, 1, c]);
-        let along = (relative.clone().matmul(self.position.val()) + self.bias.val().reshape([1, c])).reshape([n, k, c]);
+        let along = (relative.clone().matmul(self.position.val())
+            + self.bias.val().reshape([1, c]))
+        .reshape([n, k, c]);
         let r = relu(own - other + along); // [n, k, c]
         let f = Tensor::cat(vec![r, relative.reshape([n, k, RELATIVE])], 2); // [n, k, c + 10]
         let wide = c + RELATIVE;
-        let scores = f.clone().reshape([n * k, wide]).matmul(self.attention.val()).reshape([n, k, wide]);
+        let scores =
+            f.clone().reshape([n * k, wide]).matmul(self.attention.val()).reshape([n, k, wide]);
         (softmax(scores, 1) * f).sum_dim(1).reshape([n, wide])
     }
 

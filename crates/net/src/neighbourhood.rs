@@ -51,7 +51,8 @@ impl Neighbourhood {
     pub(crate) fn relative_positions(&self, i: usize, mut write: impl FnMut(usize, [f32; 10])) {
         let row = self.row(i);
         let own = self.position[i];
-        let mean = row.iter().map(|&j| self.position[j as usize] - own).sum::<Vec3>() / row.len() as f32;
+        let mean =
+            row.iter().map(|&j| self.position[j as usize] - own).sum::<Vec3>() / row.len() as f32;
         let p = -mean;
         for (slot, &j) in row.iter().enumerate() {
             let d = own - self.position[j as usize];

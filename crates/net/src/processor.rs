@@ -17,7 +17,9 @@ pub enum Processor {
 #[non_exhaustive]
 pub enum ProcessorError {
     /// Built without it.
-    #[error("this program was built without graphics cards; build it with `--features gpu`, or leave --gpu away")]
+    #[error(
+        "this program was built without graphics cards; build it with `--features gpu`, or leave --gpu away"
+    )]
     NotBuilt,
     /// None answers.
     #[error("no graphics card answers through Vulkan: {0}; is its driver installed?")]
@@ -43,8 +45,13 @@ fn gpu() -> Result<Device, ProcessorError> {
         (device, sum[0])
     };
     let said = |cause: Box<dyn std::any::Any + Send>| {
-        let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
-        ProcessorError::NoCard(text.unwrap_or("it gave no reason").lines().next().unwrap_or_default().to_owned())
+        let text = cause
+            .downcast_ref::<String>()
+            .map(String::as_str)
+            .or(cause.downcast_ref::<&str>().copied());
+        ProcessorError::NoCard(
+            text.unwrap_or("it gave no reason").lines().next().unwrap_or_default().to_owned(),
+        )
     };
     match std::panic::catch_unwind(probe) {
         Ok((device, 3.0)) => Ok(device),

@@ -14,7 +14,8 @@ pub struct Replicas {
 impl Replicas {
     /// `count` replicas. Errors when the system gives no thread.
     pub fn new(count: usize) -> Result<Self, String> {
-        let pool = |_| rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string());
+        let pool =
+            |_| rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string());
         Ok(Self { pools: (0..count.max(1)).map(pool).collect::<Result<_, _>>()? })
     }
 
@@ -32,9 +33,16 @@ impl Replicas {
     pub fn run<T: Send>(&self, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let work = &work;
         std::thread::scope(|scope| {
-            let threads: Vec<_> =
-                self.pools.iter().enumerate().map(|(i, pool)| scope.spawn(move || pool.install(|| work(i)))).collect();
-            threads.into_iter().map(|t| t.join().unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
+            let threads: Vec<_> = self
+                .pools
+                .iter()
+                .enumerate()
+                .map(|(i, pool)| scope.spawn(move || pool.install(|| work(i))))
+                .collect();
+            threads
+                .into_iter()
+                .map(|t| t.join().unwrap_or_else(|e| std::panic::resume_unwind(e)))
+                .collect()
         })
     }
 }

@@ -115,7 +115,11 @@ impl ResNet {
         let mut x = relu(self.stem_norm.forward(self.stem.forward(image)));
         if self.pool {
             let margin = PaddingConfig2d::Explicit(1, 1, 1, 1);
-            x = MaxPool2dConfig::new([3, 3]).with_strides([2, 2]).with_padding(margin).init().forward(x);
+            x = MaxPool2dConfig::new([3, 3])
+                .with_strides([2, 2])
+                .with_padding(margin)
+                .init()
+                .forward(x);
         }
         for block in &self.blocks {
             x = block.forward(x);
@@ -132,9 +136,13 @@ impl Residual {
         } else {
             &[(c_in, width, 1, 1), (width, width, 3, stride), (width, c_out, 1, 1)]
         };
-        let shortcut = (c_in != c_out || stride != 1).then(|| convolution(c_in, c_out, 1, stride, device));
+        let shortcut =
+            (c_in != c_out || stride != 1).then(|| convolution(c_in, c_out, 1, stride, device));
         Self {
-            convolutions: shapes.iter().map(|&(a, b, k, s)| convolution(a, b, k, s, device)).collect(),
+            convolutions: shapes
+                .iter()
+                .map(|&(a, b, k, s)| convolution(a, b, k, s, device))
+                .collect(),
             norms: shapes.iter().map(|&(_, b, _, _)| norm(b, device)).collect(),
             shortcut,
         }
@@ -163,7 +171,10 @@ fn convolution(c_in: usize, c_out: usize, kernel: usize, stride: usize, device: 
         .with_stride([stride, stride])
         .with_padding(PaddingConfig2d::Explicit(margin, margin, margin, margin))
         .with_bias(false)
-        .with_initializer(Initializer::KaimingNormal { gain: std::f64::consts::SQRT_2, fan_out_only: false })
+        .with_initializer(Initializer::KaimingNormal {
+            gain: std::f64::consts::SQRT_2,
+            fan_out_only: false,
+        })
         .init(device)
 }
 
@@ -178,7 +189,8 @@ mod tests {
     use burn::tensor::TensorData;
 
     fn images(count: usize, n: usize) -> Tensor<4> {
-        let values: Vec<f32> = (0..count * n * n).map(|i| ((i * 37 % 101) as f32) / 50.0 - 1.0).collect();
+        let values: Vec<f32> =
+            (0..count * n * n).map(|i| ((i * 37 % 101) as f32) / 50.0 - 1.0).collect();
         Tensor::from_data(TensorData::new(values, [count, 1, n, n]), &Device::flex())
     }
 
@@ -203,10 +215,15 @@ mod tests {
     #[test]
     fn the_layers_are_as_many_as_the_name_says() {
         let device = Device::flex();
-        for (depth, layers) in [(ResNetDepth::Layers18, 17), (ResNetDepth::Layers34, 33), (ResNetDepth::Layers50, 49)] {
+        for (depth, layers) in
+            [(ResNetDepth::Layers18, 17), (ResNetDepth::Layers34, 33), (ResNetDepth::Layers50, 49)]
+        {
             let network = ResNet::new(&ResNetConfig { depth, width: 8, pool: true }, &device);
             // Shortcuts are not counted, and the last layer is the head's.
-            assert_eq!(1 + network.blocks.iter().map(|b| b.convolutions.len()).sum::<usize>(), layers);
+            assert_eq!(
+                1 + network.blocks.iter().map(|b| b.convolutions.len()).sum::<usize>(),
+                layers
+            );
         }
     }
 }

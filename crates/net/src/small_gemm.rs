@@ -10,7 +10,15 @@ pub(crate) const COLUMNS: usize = 32;
 
 /// `c += a · b` with `a` `[m, k]` of row stride `lda`, `b` `[k, n]` and `c` `[m, n]` dense.
 #[inline(always)]
-pub(crate) fn add_product<S: Simd>(simd: S, a: &[f32], lda: usize, k: usize, b: &[f32], c: &mut [f32], n: usize) {
+pub(crate) fn add_product<S: Simd>(
+    simd: S,
+    a: &[f32],
+    lda: usize,
+    k: usize,
+    b: &[f32],
+    c: &mut [f32],
+    n: usize,
+) {
     let m = c.len() / n;
     let mut row = 0;
     while row + 8 <= m {
@@ -24,7 +32,15 @@ pub(crate) fn add_product<S: Simd>(simd: S, a: &[f32], lda: usize, k: usize, b: 
 }
 
 #[inline(always)]
-fn product_rows<S: Simd, const R: usize>(simd: S, a: &[f32], lda: usize, k: usize, b: &[f32], c: &mut [f32], n: usize) {
+fn product_rows<S: Simd, const R: usize>(
+    simd: S,
+    a: &[f32],
+    lda: usize,
+    k: usize,
+    b: &[f32],
+    c: &mut [f32],
+    n: usize,
+) {
     let rows: [&[f32]; R] = std::array::from_fn(|r| &a[r * lda..r * lda + k]);
     let lanes = S::F32_LANES;
     let step = 2 * lanes;
@@ -49,7 +65,14 @@ fn product_rows<S: Simd, const R: usize>(simd: S, a: &[f32], lda: usize, k: usiz
 /// `c += aᵀ · b` with `a` `[m, lda]` of which the first `c.len() / n` columns are used, `b` `[m, n]` dense;
 /// the rows of `c` a multiple of 8.
 #[inline(always)]
-pub(crate) fn add_transposed_product<S: Simd>(simd: S, a: &[f32], lda: usize, b: &[f32], c: &mut [f32], n: usize) {
+pub(crate) fn add_transposed_product<S: Simd>(
+    simd: S,
+    a: &[f32],
+    lda: usize,
+    b: &[f32],
+    c: &mut [f32],
+    n: usize,
+) {
     let m = b.len() / n;
     let lanes = S::F32_LANES;
     let step = 2 * lanes;
@@ -59,7 +82,8 @@ pub(crate) fn add_transposed_product<S: Simd>(simd: S, a: &[f32], lda: usize, b:
             let mut acc = [[simd.splat_f32s(0.0); 2]; 8];
             for p in 0..m {
                 let (b0, b1) = pair(simd, &b[p * n + column..p * n + column + step]);
-                let x: &[f32; 8] = a[p * lda + row..p * lda + row + 8].try_into().expect("eight columns");
+                let x: &[f32; 8] =
+                    a[p * lda + row..p * lda + row + 8].try_into().expect("eight columns");
                 for r in 0..8 {
                     let x = simd.splat_f32s(x[r]);
                     acc[r][0] = simd.mul_add_e_f32s(x, b0, acc[r][0]);

@@ -17,7 +17,10 @@ pub enum WeightsError {
 }
 
 /// The module's tensors and `metadata` (text pairs of the safetensors header).
-pub fn to_bytes<M: Module>(module: &M, metadata: &BTreeMap<String, String>) -> Result<Vec<u8>, WeightsError> {
+pub fn to_bytes<M: Module>(
+    module: &M,
+    metadata: &BTreeMap<String, String>,
+) -> Result<Vec<u8>, WeightsError> {
     let mut store = SafetensorsStore::from_bytes(None);
     for (key, value) in metadata {
         store = store.metadata(key, value);
@@ -30,7 +33,8 @@ pub fn to_bytes<M: Module>(module: &M, metadata: &BTreeMap<String, String>) -> R
 /// The same file with the keys of its header in order: the library writes them as a hash map has them, so that equal
 /// weights would give different bytes.
 fn sorted_header(bytes: &[u8]) -> Result<Vec<u8>, WeightsError> {
-    let length = u64::from_le_bytes(bytes[..8].try_into().expect("the library wrote a header")) as usize;
+    let length =
+        u64::from_le_bytes(bytes[..8].try_into().expect("the library wrote a header")) as usize;
     // A JSON object of this library is ordered by key.
     let mut text = header(bytes)?.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(8), b' ');
@@ -44,7 +48,11 @@ fn sorted_header(bytes: &[u8]) -> Result<Vec<u8>, WeightsError> {
 pub fn metadata(bytes: &[u8]) -> Result<BTreeMap<String, String>, WeightsError> {
     let header = header(bytes)?;
     let pairs = header.get("__metadata__").and_then(|m| m.as_object());
-    Ok(pairs.into_iter().flatten().filter_map(|(k, v)| v.as_str().map(|v| (k.clone(), v.to_owned()))).collect())
+    Ok(pairs
+        .into_iter()
+        .flatten()
+        .filter_map(|(k, v)| v.as_str().map(|v| (k.clone(), v.to_owned())))
+        .collect())
 }
 
 /// Fills the module from the bytes; every tensor must be there with its shape, and no other.
@@ -66,7 +74,9 @@ pub fn from_bytes<M: Module>(module: &mut M, bytes: &[u8]) -> Result<(), Weights
 
 fn header(bytes: &[u8]) -> Result<serde_json::Value, WeightsError> {
     let short = || WeightsError::Format("the header is cut short".into());
-    let length = u64::from_le_bytes(bytes.get(..8).ok_or_else(short)?.try_into().expect("eight bytes"));
+    let length =
+        u64::from_le_bytes(bytes.get(..8).ok_or_else(short)?.try_into().expect("eight bytes"));
     let end = usize::try_from(length).ok().and_then(|l| l.checked_add(8)).ok_or_else(short)?;
-    serde_json::from_slice(bytes.get(8..end).ok_or_else(short)?).map_err(|e| WeightsError::Format(e.to_string()))
+    serde_json::from_slice(bytes.get(8..end).ok_or_else(short)?)
+        .map_err(|e| WeightsError::Format(e.to_string()))
 }

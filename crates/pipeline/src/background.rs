@@ -14,7 +14,8 @@ const WALL_LENGTH: f32 = 1.25;
 
 /// How far the points of a wall reach, metres: twice the distance from their middle that hardly any exceeds.
 fn length_m(wall: &Plane, points: &[Vec3], thickness_m: f32) -> f32 {
-    let on: Vec<Vec3> = points.iter().copied().filter(|&p| wall.distance_m(p).abs() <= thickness_m).collect();
+    let on: Vec<Vec3> =
+        points.iter().copied().filter(|&p| wall.distance_m(p).abs() <= thickness_m).collect();
     let middle = on.iter().copied().sum::<Vec3>() / on.len().max(1) as f32;
     let mut far: Vec<f32> = on.iter().map(|p| (*p - middle).length()).collect();
     far.sort_by(f32::total_cmp);
@@ -78,15 +79,24 @@ impl Foreground {
             ),
         });
         let select: Vec<usize> = index.iter().map(|&i| i as usize).collect();
-        let line = if survey.line.is_empty() { Vec::new() } else { select.iter().map(|&i| survey.line[i]).collect() };
+        let line = if survey.line.is_empty() {
+            Vec::new()
+        } else {
+            select.iter().map(|&i| survey.line[i]).collect()
+        };
         let part = Survey { cloud: survey.cloud.select(&select), line, walls, ..survey.clone() };
         Self { survey: part, index: Some(index), whole }
     }
 
     /// Labels and indices of the part, as labels and indices of the whole survey.
-    pub fn whole(&self, mut segmentation: Segmentation, mut blocks: Vec<Recognised>) -> crate::Recognition {
+    pub fn whole(
+        &self,
+        mut segmentation: Segmentation,
+        mut blocks: Vec<Recognised>,
+    ) -> crate::Recognition {
         if let Some(index) = &self.index {
-            let up = |points: &mut Vec<u32>| points.iter_mut().for_each(|p| *p = index[*p as usize]);
+            let up =
+                |points: &mut Vec<u32>| points.iter_mut().for_each(|p| *p = index[*p as usize]);
             segmentation.hypotheses.iter_mut().for_each(|h| up(&mut h.points));
             blocks.iter_mut().for_each(|b| up(&mut b.points));
             let mut instance = vec![0; self.whole];

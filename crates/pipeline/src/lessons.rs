@@ -52,7 +52,9 @@ impl Lessons {
     /// Shapes a network trained on these piles knows; empty when it is meant for any.
     pub fn shapes(&self) -> Vec<ShapeSignature> {
         match self.blocks {
-            Blocks::Catalog => self.catalog.iter().map(|(_, model)| ShapeSignature::of(model)).collect(),
+            Blocks::Catalog => {
+                self.catalog.iter().map(|(_, model)| ShapeSignature::of(model)).collect()
+            }
             Blocks::AnyShape => Vec::new(),
         }
     }
@@ -71,7 +73,12 @@ impl Lessons {
                     let node = seed.child("shape", attempt);
                     let model = self.any_shape(node)?;
                     let unit_m = model.d_max_m;
-                    match labelled(&recipe, &Catalog::new(vec![model]), unit_m, node.child("pile", 0)) {
+                    match labelled(
+                        &recipe,
+                        &Catalog::new(vec![model]),
+                        unit_m,
+                        node.child("pile", 0),
+                    ) {
                         Ok(scene) => return Ok(scene),
                         Err(error) => last = error,
                     }
@@ -84,8 +91,15 @@ impl Lessons {
     /// A block of some shape, within a fifth of the size of one of the catalogue's.
     fn any_shape(&self, seed: SeedTree) -> Result<BlockModel, String> {
         let mut rng = seed.rng();
-        let own = self.catalog.iter().nth(rng.random_range(0..self.catalog.len())).expect("within its length").1;
-        let built_in = |shape| blocks::shape_model("stand-in", shape, own.density_kg_m3).map_err(|e| e.to_string());
+        let own = self
+            .catalog
+            .iter()
+            .nth(rng.random_range(0..self.catalog.len()))
+            .expect("within its length")
+            .1;
+        let built_in = |shape| {
+            blocks::shape_model("stand-in", shape, own.density_kg_m3).map_err(|e| e.to_string())
+        };
         let model = match rng.random_range(0..16) {
             0..2 => own.clone(),
             2 => built_in(Shape::Cube { size: 1.0 })?,
@@ -101,8 +115,12 @@ impl Lessons {
 fn half_as_large(recipe: &Recipe) -> Recipe {
     let side = std::f32::consts::FRAC_1_SQRT_2;
     let site = match recipe.site {
-        Site::Strip { length_m, width_m } => Site::Strip { length_m: length_m * side, width_m: width_m * side },
-        Site::Bin { length_m, width_m } => Site::Bin { length_m: length_m * side, width_m: width_m * side },
+        Site::Strip { length_m, width_m } => {
+            Site::Strip { length_m: length_m * side, width_m: width_m * side }
+        }
+        Site::Bin { length_m, width_m } => {
+            Site::Bin { length_m: length_m * side, width_m: width_m * side }
+        }
         Site::Pen { side_blocks } => Site::Pen { side_blocks: side_blocks * side },
     };
     let count = recipe.count.map(|n| (n / 2).max(1));
@@ -110,7 +128,12 @@ fn half_as_large(recipe: &Recipe) -> Recipe {
 }
 
 /// One scanned pile with the truth of every point.
-fn labelled(recipe: &Recipe, catalog: &Catalog, unit_m: f32, seed: SeedTree) -> Result<LabelledScene, String> {
+fn labelled(
+    recipe: &Recipe,
+    catalog: &Catalog,
+    unit_m: f32,
+    seed: SeedTree,
+) -> Result<LabelledScene, String> {
     let made = synth::scene(recipe, catalog, seed).map_err(|e| e.to_string())?;
     let centre = |b: &PlacedBlock| b.site_from_block * catalog.get(b.model).centre;
     Ok(LabelledScene {
@@ -135,11 +158,15 @@ mod tests {
     #[test]
     fn any_shape_means_many_shapes_of_about_one_size() {
         let any = lessons(Blocks::AnyShape);
-        let drawn: Vec<BlockModel> = (0..40).map(|i| any.any_shape(SeedTree::new(i)).unwrap()).collect();
+        let drawn: Vec<BlockModel> =
+            (0..40).map(|i| any.any_shape(SeedTree::new(i)).unwrap()).collect();
         let own = any.catalog.d_max_m();
         assert!(drawn.iter().all(|m| (0.79..1.21).contains(&(m.d_max_m / own))));
         let signatures: Vec<_> = drawn.iter().map(ShapeSignature::of).collect();
-        let distinct = signatures.iter().enumerate().filter(|(i, s)| !signatures[..*i].iter().any(|t| t.matches(s)));
+        let distinct = signatures
+            .iter()
+            .enumerate()
+            .filter(|(i, s)| !signatures[..*i].iter().any(|t| t.matches(s)));
         assert!(distinct.count() >= 8);
         assert!(any.shapes().is_empty());
     }

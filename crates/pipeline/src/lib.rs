@@ -18,9 +18,14 @@ pub use placement_lessons::PlacementLessons;
 pub use recogniser::{Recogniser, Recognition};
 
 use geom::{Observer, SeedTree};
-use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty, UncertaintyConfig};
+use plan::{
+    GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty,
+    UncertaintyConfig,
+};
 use pose::PoseConfig;
-use scene::{Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Survey};
+use scene::{
+    Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Survey,
+};
 use segment::SegmentConfig;
 use serde::{Deserialize, Serialize};
 
@@ -69,9 +74,16 @@ pub fn plan_works(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<(Scene, Plan), PipelineError> {
-    let scene = Scene { blocks: placed_blocks(works.blocks), ground: ground_of(works, config, observer) };
+    let scene =
+        Scene { blocks: placed_blocks(works.blocks), ground: ground_of(works, config, observer) };
     let previous = works.previous.cloned().unwrap_or_default();
-    let plan = plan::replan(&input(works, &scene), &previous, &config.plan, seed.child("plan", 0), observer)?;
+    let plan = plan::replan(
+        &input(works, &scene),
+        &previous,
+        &config.plan,
+        seed.child("plan", 0),
+        observer,
+    )?;
     Ok((scene, plan))
 }
 
@@ -83,7 +95,13 @@ pub fn count_range(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Uncertainty, PipelineError> {
-    Ok(plan::uncertainty(&input(works, scene), &config.plan, &config.uncertainty, seed.child("plan", 0), observer)?)
+    Ok(plan::uncertainty(
+        &input(works, scene),
+        &config.plan,
+        &config.uncertainty,
+        seed.child("plan", 0),
+        observer,
+    )?)
 }
 
 /// What drawings show of a plan.
@@ -131,7 +149,8 @@ fn surfaces_input<'a>(works: &'a Works, scene: &'a Scene, plan: &'a Plan) -> Sur
 pub fn ground_of(works: &Works, config: &Config, observer: &dyn Observer) -> Ground {
     let (cloud, blocks, catalog) = (&works.survey.cloud, works.blocks, works.catalog);
     let stated = works.ground.clone();
-    let bed = stated.unwrap_or_else(|| plan::estimate_ground(cloud, blocks, catalog, &config.ground, observer));
+    let bed = stated
+        .unwrap_or_else(|| plan::estimate_ground(cloud, blocks, catalog, &config.ground, observer));
     plan::with_obstacles(bed, cloud, blocks, catalog, &config.ground, observer)
 }
 

@@ -32,13 +32,28 @@ impl PlacementLessons<'_> {
         let make = |split| {
             let (view, amount) = (&config.network.view, &config.samples);
             let drops = seed.child("drops", 0);
-            make_samples(&source, self.catalog, &planning, view, amount, split, folder, drops, observer)
+            make_samples(
+                &source,
+                self.catalog,
+                &planning,
+                view,
+                amount,
+                split,
+                folder,
+                drops,
+                observer,
+            )
         };
         Ok([make(Split::Train)?, make(Split::HeldOut)?])
     }
 
     /// A pile with a level design that lies a third to one and a third blocks above the middle of its centres.
-    pub fn background(&self, split: Split, index: u64, seed: SeedTree) -> Result<Background, String> {
+    pub fn background(
+        &self,
+        split: Split,
+        index: u64,
+        seed: SeedTree,
+    ) -> Result<Background, String> {
         let seed = seed.child(if split == Split::Train { "train" } else { "held out" }, index);
         let scene = synth::scene(self.recipe, self.catalog, seed).map_err(|e| e.to_string())?.scene;
         let draw = (seed.child("design", 0).value() >> 40) as f32 / (1_u64 << 24) as f32;
@@ -48,7 +63,8 @@ impl PlacementLessons<'_> {
 }
 
 fn level_above(scene: &Scene, catalog: &Catalog, depth_m: f32) -> DesignSurface {
-    let centres: Vec<Vec3> = scene.blocks.iter().map(|b| b.site_from_block * catalog.get(b.model).centre).collect();
+    let centres: Vec<Vec3> =
+        scene.blocks.iter().map(|b| b.site_from_block * catalog.get(b.model).centre).collect();
     let bounds = Bounds::of(centres.iter().copied()).grown(0.5 * catalog.d_max_m());
     let mut heights: Vec<f32> = centres.iter().map(|c| c.z).collect();
     heights.sort_by(f32::total_cmp);

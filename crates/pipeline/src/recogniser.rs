@@ -47,10 +47,15 @@ impl Recogniser<'_> {
 
     /// The second half: segments become blocks. `segments` are those of [`foreground_segments`](Self::foreground_segments)
     /// with the same seed.
-    pub fn blocks(&self, survey: &Survey, segments: Segmentation) -> Result<Recognition, PipelineError> {
+    pub fn blocks(
+        &self,
+        survey: &Survey,
+        segments: Segmentation,
+    ) -> Result<Recognition, PipelineError> {
         let foreground = self.foreground(survey, &Silent);
         let (part, seed) = (&foreground.survey, self.seed.child("pose", 0));
-        let blocks = pose::recognise(part, &segments, self.catalog, &self.config.pose, seed, self.observer)?;
+        let blocks =
+            pose::recognise(part, &segments, self.catalog, &self.config.pose, seed, self.observer)?;
         Ok(foreground.whole(segments, blocks))
     }
 
@@ -64,12 +69,25 @@ impl Recogniser<'_> {
         survey::check_scale(survey, self.catalog)?;
         let foreground = self.foreground(survey, self.observer);
         let (cloud, seed) = (&foreground.survey.cloud, self.seed.child("segment", 0));
-        let segments = segment::segment(cloud, self.catalog, self.model, &self.config.segment, seed, self.observer)?;
+        let segments = segment::segment(
+            cloud,
+            self.catalog,
+            self.model,
+            &self.config.segment,
+            seed,
+            self.observer,
+        )?;
         Ok((foreground, segments))
     }
 
     /// The part of a survey that can hold blocks.
     fn foreground(&self, survey: &Survey, observer: &dyn Observer) -> Foreground {
-        Foreground::of(survey, self.catalog, &self.config.background, self.seed.child("background", 0), observer)
+        Foreground::of(
+            survey,
+            self.catalog,
+            &self.config.background,
+            self.seed.child("background", 0),
+            observer,
+        )
     }
 }

@@ -4,7 +4,9 @@
 //! whose centre lies nearest its own, within a quarter of a block.
 
 use geom::{DVec3, Event, Observer, Pose, Quat, Warning};
-use scene::{Catalog, InstanceId, Judgement, ModelId, Recognised, Review, ReviewedBlock, SiteFrame, Verdict};
+use scene::{
+    Catalog, InstanceId, Judgement, ModelId, Recognised, Review, ReviewedBlock, SiteFrame, Verdict,
+};
 use serde::Serialize;
 
 /// Centres farther apart than this share of the block's longest edge are two blocks.
@@ -46,7 +48,9 @@ pub enum ReviewError {
         model: String,
     },
     /// A pose that is none.
-    #[error("review.json: block {block_id} has a pose that is not a finite position and a rotation")]
+    #[error(
+        "review.json: block {block_id} has a pose that is not a finite position and a rotation"
+    )]
     BadPose {
         /// Block.
         block_id: u32,
@@ -64,8 +68,10 @@ pub fn honour(
     if review.format != 1 {
         return Err(ReviewError::Format { format: review.format });
     }
-    let decided = review.blocks.iter().map(|d| decision(d, catalog, frame)).collect::<Result<Vec<_>, _>>()?;
-    let warn = |message: String| observer.event(Event::Warned(Warning { stage: "review", message }));
+    let decided =
+        review.blocks.iter().map(|d| decision(d, catalog, frame)).collect::<Result<Vec<_>, _>>()?;
+    let warn =
+        |message: String| observer.event(Event::Warned(Warning { stage: "review", message }));
     let mut changes = Vec::with_capacity(decided.len());
     for (said, (model, pose)) in review.blocks.iter().zip(decided) {
         let here = nearest(blocks, catalog, model, &pose);
@@ -79,10 +85,14 @@ pub fn honour(
             }
             (Verdict::Accepted | Verdict::Corrected, Some(i)) => {
                 let found = &mut blocks[i];
-                let turned =
-                    catalog.get(model).symmetry.rotation_error_rad(found.site_from_block.rotation, pose.rotation);
+                let turned = catalog
+                    .get(model)
+                    .symmetry
+                    .rotation_error_rad(found.site_from_block.rotation, pose.rotation);
                 changed = differences(found, catalog, model, &pose, turned);
-                if said.verdict == Verdict::Accepted && (found.model != model || turned > SAME_TURN_RAD) {
+                if said.verdict == Verdict::Accepted
+                    && (found.model != model || turned > SAME_TURN_RAD)
+                {
                     warn(format!(
                         "block {} was accepted as `{}` and this run sees it otherwise (`{}`, turned by {:.0}°); the review stands",
                         said.block_id,
@@ -106,19 +116,34 @@ pub fn honour(
                 Some(number)
             }
         };
-        changes.push(Change { reviewed_block_id: said.block_id, verdict: said.verdict, block_id, changed });
+        changes.push(Change {
+            reviewed_block_id: said.block_id,
+            verdict: said.verdict,
+            block_id,
+            changed,
+        });
     }
     Ok(changes)
 }
 
 /// What this run saw otherwise than the reviewer.
-fn differences(found: &Recognised, catalog: &Catalog, model: ModelId, pose: &Pose, turned_rad: f32) -> Vec<String> {
+fn differences(
+    found: &Recognised,
+    catalog: &Catalog,
+    model: ModelId,
+    pose: &Pose,
+    turned_rad: f32,
+) -> Vec<String> {
     let mut list = Vec::new();
     if found.judgement == Judgement::NotJudged {
         list.push("not judged by this run".into());
     }
     if found.model != model {
-        list.push(format!("type `{}` to `{}`", catalog.get(found.model).name, catalog.get(model).name));
+        list.push(format!(
+            "type `{}` to `{}`",
+            catalog.get(found.model).name,
+            catalog.get(model).name
+        ));
     }
     let moved_m = (found.site_from_block.translation - pose.translation).length();
     if moved_m > SAME_MOVE * catalog.get(model).d_box_m {
@@ -130,10 +155,15 @@ fn differences(found: &Recognised, catalog: &Catalog, model: ModelId, pose: &Pos
     list
 }
 
-fn decision(said: &ReviewedBlock, catalog: &Catalog, frame: &SiteFrame) -> Result<(ModelId, Pose), ReviewError> {
-    let model = catalog
-        .find(&said.model)
-        .ok_or_else(|| ReviewError::UnknownModel { block_id: said.block_id, model: said.model.clone() })?;
+fn decision(
+    said: &ReviewedBlock,
+    catalog: &Catalog,
+    frame: &SiteFrame,
+) -> Result<(ModelId, Pose), ReviewError> {
+    let model = catalog.find(&said.model).ok_or_else(|| ReviewError::UnknownModel {
+        block_id: said.block_id,
+        model: said.model.clone(),
+    })?;
     let place = frame.local_from_site(DVec3::new(said.x_m, said.y_m, said.z_m));
     let turn = Quat::from_xyzw(said.qx as f32, said.qy as f32, said.qz as f32, said.qw as f32);
     if !place.is_finite() || !turn.is_finite() || (turn.length() - 1.0).abs() > 1e-2 {
@@ -144,7 +174,9 @@ fn decision(said: &ReviewedBlock, catalog: &Catalog, frame: &SiteFrame) -> Resul
 
 fn nearest(blocks: &[Recognised], catalog: &Catalog, model: ModelId, pose: &Pose) -> Option<usize> {
     let centre = pose.transform_point(catalog.get(model).centre);
-    let distance = |b: &Recognised| (b.site_from_block.transform_point(catalog.get(b.model).centre) - centre).length();
+    let distance = |b: &Recognised| {
+        (b.site_from_block.transform_point(catalog.get(b.model).centre) - centre).length()
+    };
     let (i, off) = blocks.iter().map(distance).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
     (off <= SAME_PLACE * catalog.get(model).d_box_m).then_some(i)
 }
@@ -174,7 +206,10 @@ mod tests {
 
     fn catalog() -> Catalog {
         let model = |name: &str, shape| blocks::shape_model(name, shape, 2300.0).unwrap();
-        Catalog::new(vec![model("tetrapod", Shape::Tetrapod { size: 2.0 }), model("cube", Shape::Cube { size: 1.5 })])
+        Catalog::new(vec![
+            model("tetrapod", Shape::Tetrapod { size: 2.0 }),
+            model("cube", Shape::Cube { size: 1.5 }),
+        ])
     }
 
     fn frame() -> SiteFrame {
@@ -187,7 +222,12 @@ mod tests {
             judgement: Judgement::NotJudged,
             confidence: 0.3,
             points: vec![1, 2],
-            ..kept(&said(1, Verdict::Accepted, "tetrapod", x), InstanceId(1 + x as u32), ModelId(0), pose)
+            ..kept(
+                &said(1, Verdict::Accepted, "tetrapod", x),
+                InstanceId(1 + x as u32),
+                ModelId(0),
+                pose,
+            )
         }
     }
 
@@ -225,7 +265,10 @@ mod tests {
             ],
         };
         let changes = honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
-        let told: Vec<_> = changes.iter().map(|c| (c.reviewed_block_id, c.block_id, c.changed.join(", "))).collect();
+        let told: Vec<_> = changes
+            .iter()
+            .map(|c| (c.reviewed_block_id, c.block_id, c.changed.join(", ")))
+            .collect();
         let expected = [
             (1, Some(1), "not judged by this run, moved by 0.100 m"),
             (4, None, "block 4 removed"),
@@ -234,13 +277,21 @@ mod tests {
             (8, None, ""),
         ];
         assert_eq!(told, expected.map(|(a, b, c)| (a, b, c.to_string())));
-        let seen: Vec<_> =
-            blocks.iter().map(|b| (b.block.0, b.model.0, b.site_from_block.translation.x, b.points.len())).collect();
+        let seen: Vec<_> = blocks
+            .iter()
+            .map(|b| (b.block.0, b.model.0, b.site_from_block.translation.x, b.points.len()))
+            .collect();
         assert_eq!(seen.len(), 3);
         assert!(
-            seen.iter()
-                .zip([(1, 0, 0.1, 2), (7, 1, 6.2, 2), (8, 0, 12.0, 0)])
-                .all(|(a, b)| (a.0, a.1, a.3) == (b.0, b.1, b.3) && (a.2 - b.2).abs() < 0.01),
+            seen.iter().zip([(1, 0, 0.1, 2), (7, 1, 6.2, 2), (8, 0, 12.0, 0)]).all(|(a, b)| (
+                a.0, a.1, a.3
+            ) == (
+                b.0, b.1, b.3
+            ) && (a
+                .2
+                - b.2)
+                .abs()
+                < 0.01),
             "{seen:?}"
         );
         assert!(blocks.iter().all(|b| b.judgement == Judgement::Accepted && b.confidence == 1.0));
@@ -258,7 +309,10 @@ mod tests {
             honour(&review, &catalog, &frame, &mut Vec::new(), &Silent).unwrap_err().to_string()
         };
         assert!(fails(2, said(1, Verdict::Accepted, "cube", 0.0)).contains("format 2"));
-        assert!(fails(1, said(5, Verdict::Accepted, "dolos", 0.0)).contains("block 5 is of type `dolos`"));
+        assert!(
+            fails(1, said(5, Verdict::Accepted, "dolos", 0.0))
+                .contains("block 5 is of type `dolos`")
+        );
         assert!(
             fails(1, ReviewedBlock { qw: 0.2, ..said(5, Verdict::Accepted, "cube", 0.0) })
                 .contains("block 5 has a pose")

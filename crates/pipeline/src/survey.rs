@@ -128,9 +128,11 @@ pub fn check_scale(survey: &Survey, catalog: &Catalog) -> Result<(), PipelineErr
 /// Refuses a design that lies away from everything surveyed, before anything is computed.
 pub fn check_design(survey: &Survey, design: &DesignSurface) -> Result<(), PipelineError> {
     let bounds = survey.cloud.bounds();
-    let (low, high) = (survey.frame.site_from_local(bounds.min), survey.frame.site_from_local(bounds.max));
+    let (low, high) =
+        (survey.frame.site_from_local(bounds.min), survey.frame.site_from_local(bounds.max));
     let [design_low, design_high] = design.extent();
-    let gap = |axis: usize| (design_low[axis] - high[axis]).max(low[axis] - design_high[axis]).max(0.0);
+    let gap =
+        |axis: usize| (design_low[axis] - high[axis]).max(low[axis] - design_high[axis]).max(0.0);
     let away_m = gap(0).hypot(gap(1));
     if away_m > 0.0 {
         return Err(PipelineError::DesignElsewhere { away_m, crs: survey.frame.crs.clone() });
@@ -166,8 +168,13 @@ mod tests {
 
     #[test]
     fn north_east_files_are_turned() {
-        let survey =
-            local_survey(&[raw(&[[-98_765.0, 43_210.0, 3.0]])], AxisOrder::NorthEast, "EPSG:6679", "").unwrap();
+        let survey = local_survey(
+            &[raw(&[[-98_765.0, 43_210.0, 3.0]])],
+            AxisOrder::NorthEast,
+            "EPSG:6679",
+            "",
+        )
+        .unwrap();
         let back = survey.frame.site_from_local(survey.cloud.position_m[0]);
         assert!((back - DVec3::new(43_210.0, -98_765.0, 3.5)).length() < 1e-5);
     }
@@ -179,13 +186,19 @@ mod tests {
             assert_eq!(local_survey(&[one], AxisOrder::EastNorth, "", "").unwrap().sensor, sensor);
         }
         let both = [RawSurvey { sensor: SensorKind::Mbes, ..raw(&[[0.0; 3]]) }, raw(&[[1.0; 3]])];
-        assert_eq!(local_survey(&both, AxisOrder::EastNorth, "", "").unwrap().sensor, SensorKind::Mbes);
+        assert_eq!(
+            local_survey(&both, AxisOrder::EastNorth, "", "").unwrap().sensor,
+            SensorKind::Mbes
+        );
     }
 
     #[test]
     fn bad_surveys_are_named() {
         let at = |r: Result<Survey, PipelineError>| r.unwrap_err().to_string();
         assert!(at(local_survey(&[raw(&[])], AxisOrder::EastNorth, "", "")).contains("a.laz"));
-        assert!(at(local_survey(&[raw(&[[0.0, f64::NAN, 0.0]])], AxisOrder::EastNorth, "", "")).contains("point 1"));
+        assert!(
+            at(local_survey(&[raw(&[[0.0, f64::NAN, 0.0]])], AxisOrder::EastNorth, "", ""))
+                .contains("point 1")
+        );
     }
 }

@@ -14,7 +14,9 @@ pub enum PlacementError {
     #[error(transparent)]
     Plan(#[from] plan::PlanError),
     /// A model file of another kind of network.
-    #[error("the model file holds a `{found}` network; a placement network comes from `tsumu train placement`")]
+    #[error(
+        "the model file holds a `{found}` network; a placement network comes from `tsumu train placement`"
+    )]
     Architecture {
         /// What the file says.
         found: String,
@@ -57,7 +59,9 @@ pub enum PlacementError {
     #[error("no thread for training: {0}")]
     Threads(String),
     /// The loss is not a number.
-    #[error("training diverged at step {step}: the loss is {loss}; begin again with a smaller learning rate")]
+    #[error(
+        "training diverged at step {step}: the loss is {loss}; begin again with a smaller learning rate"
+    )]
     Diverged {
         /// Step.
         step: u64,

@@ -29,7 +29,9 @@ pub fn offsets(
     pose: &GoodPose,
     symmetry: &SymmetryGroup,
 ) -> Vec<(f32, f32)> {
-    let off = |a: Answer| (symmetry.rotation_error_rad(a.rotation, pose.rotation), (a.centre - pose.centre).length());
+    let off = |a: Answer| {
+        (symmetry.rotation_error_rad(a.rotation, pose.rotation), (a.centre - pose.centre).length())
+    };
     model.answers(depth, turns_rad).into_iter().map(off).collect()
 }
 

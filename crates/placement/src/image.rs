@@ -20,7 +20,8 @@ pub(crate) fn turned(stored: &[f32], from: &DepthView, to: &DepthView, turn_rad:
     let at = |i: usize, j: usize| {
         let (x, y) = (to.offset(i), to.offset(j));
         // What stands here now stood there before the turn.
-        let (px, py) = ((cos * x + sin * y) * per_unit + middle, (cos * y - sin * x) * per_unit + middle);
+        let (px, py) =
+            ((cos * x + sin * y) * per_unit + middle, (cos * y - sin * x) * per_unit + middle);
         sample(stored, from.pixels as usize, px, py)
     };
     (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect()

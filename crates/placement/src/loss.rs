@@ -50,7 +50,8 @@ pub(crate) fn loss(
     for lesson in lessons {
         for i in 0..g {
             // Padding weighs nothing.
-            let (c, q, w) = lesson.poses.get(i).copied().unwrap_or((Vec3::ZERO, Quat::IDENTITY, 0.0));
+            let (c, q, w) =
+                lesson.poses.get(i).copied().unwrap_or((Vec3::ZERO, Quat::IDENTITY, 0.0));
             centre.extend(c.to_array());
             weight.push(w);
             for &turn in symmetry.rotations() {
@@ -65,19 +66,27 @@ pub(crate) fn loss(
     let away = output.centre.reshape([b, k, 1, 3]) - centre; // [b, k, g, 3]
     let away = (away.clone() * away).sum_dim(3).add_scalar(1e-8).sqrt().reshape([b, k, g]);
     // The trace of Rᵀ·R' is the sum of their products.
-    let trace = output.rotation.matmul(rotation.swap_dims(1, 2)).reshape([b, k, g, s]).max_dim(3).reshape([b, k, g]);
+    let trace = output
+        .rotation
+        .matmul(rotation.swap_dims(1, 2))
+        .reshape([b, k, g, s])
+        .max_dim(3)
+        .reshape([b, k, g]);
     let cosine = trace.sub_scalar(1.0).mul_scalar(0.5).clamp(-FLATTEST, FLATTEST);
     let cost = away.mul_scalar(PLACE_WEIGHT) + cosine.acos(); // [b, k, g]
 
     let nearest = nearest_modes(&floats(cost.clone()), &weight, [b, k, g]);
     let taught = Tensor::<2>::from_data(TensorData::new(nearest, [b, k]), device);
     let sureness = -(log_softmax(output.sureness, 1) * taught).sum().div_scalar(b as f32);
-    let best = (cost.clone().min_dim(1).reshape([b, g]) * weights.clone()).sum().div_scalar(b as f32);
+    let best =
+        (cost.clone().min_dim(1).reshape([b, g]) * weights.clone()).sum().div_scalar(b as f32);
     let all = (cost.mean_dim(1).reshape([b, g]) * weights).sum().div_scalar(b as f32);
-    let total =
-        best.clone().mul_scalar(1.0 - SPREAD) + all.mul_scalar(SPREAD) + sureness.clone().mul_scalar(SURENESS_WEIGHT);
+    let total = best.clone().mul_scalar(1.0 - SPREAD)
+        + all.mul_scalar(SPREAD)
+        + sureness.clone().mul_scalar(SURENESS_WEIGHT);
     let number = |t: &Tensor<1>| floats(t.clone())[0];
-    let report = LossReport { total: number(&total), pose: number(&best), sureness: number(&sureness) };
+    let report =
+        LossReport { total: number(&total), pose: number(&best), sureness: number(&sureness) };
     (total, report)
 }
 
@@ -109,14 +118,17 @@ mod tests {
         let (right, wrong) = (Quat::from_rotation_x(0.4), Quat::from_rotation_x(0.9));
         let turned = right * block.symmetry.rotations()[3];
         let lesson = Lesson { poses: vec![(Vec3::new(0.1, 0.2, -0.3), right, 1.0)] };
-        let rotations = [crate::rotation::columns(wrong), crate::rotation::columns(turned)].concat();
+        let rotations =
+            [crate::rotation::columns(wrong), crate::rotation::columns(turned)].concat();
         let output = |centre: [f32; 6]| Output {
             centre: tensor(&centre, [1, 2, 3]),
             rotation: tensor(&rotations, [1, 2, 9]),
             sureness: tensor(&[0.0, 0.0], [1, 2]),
         };
         let device = Device::flex();
-        let report = |centre| loss(output(centre), std::slice::from_ref(&lesson), &block.symmetry, &device).1;
+        let report = |centre| {
+            loss(output(centre), std::slice::from_ref(&lesson), &block.symmetry, &device).1
+        };
         let exact = report([0.1, 0.2, -0.3, 0.1, 0.2, -0.3]);
         assert!(exact.pose < 0.01, "{exact:?}");
         assert!((exact.sureness - 2.0_f32.ln()).abs() < 1e-4);

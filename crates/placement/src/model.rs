@@ -55,8 +55,10 @@ impl PlacementModel {
 
     /// Reads `model.safetensors` as training writes it.
     pub fn load(path: &Path) -> Result<Self, PlacementError> {
-        let bytes = std::fs::read(path)
-            .map_err(|e| PlacementError::File { path: path.display().to_string(), message: e.to_string() })?;
+        let bytes = std::fs::read(path).map_err(|e| PlacementError::File {
+            path: path.display().to_string(),
+            message: e.to_string(),
+        })?;
         Self::from_bytes(&bytes)
     }
 
@@ -65,7 +67,11 @@ impl PlacementModel {
         let metadata = net::weights::metadata(bytes)?;
         match metadata.get("architecture").map(String::as_str) {
             Some(ARCHITECTURE) => {}
-            other => return Err(PlacementError::Architecture { found: other.unwrap_or("nameless").to_owned() }),
+            other => {
+                return Err(PlacementError::Architecture {
+                    found: other.unwrap_or("nameless").to_owned(),
+                });
+            }
         }
         let text = metadata.get("description").map_or("", String::as_str);
         let description: ModelDescription =
@@ -78,9 +84,12 @@ impl PlacementModel {
 
     /// The bytes of a model file.
     pub fn to_bytes(&self) -> Result<Vec<u8>, PlacementError> {
-        let description =
-            serde_json::to_string(&self.description).map_err(|e| PlacementError::Description(e.to_string()))?;
-        let metadata = [("architecture".to_owned(), ARCHITECTURE.to_owned()), ("description".to_owned(), description)];
+        let description = serde_json::to_string(&self.description)
+            .map_err(|e| PlacementError::Description(e.to_string()))?;
+        let metadata = [
+            ("architecture".to_owned(), ARCHITECTURE.to_owned()),
+            ("description".to_owned(), description),
+        ];
         Ok(net::weights::to_bytes(&self.network, &metadata.into())?)
     }
 
@@ -93,7 +102,8 @@ impl PlacementModel {
     pub(crate) fn answers(&self, stored: &[f32], turns_rad: &[f32]) -> Vec<Answer> {
         let shape = &self.description.network;
         let from = stored_view(&shape.view);
-        let images = turns_rad.iter().flat_map(|&turn| turned(stored, &from, &shape.view, turn)).collect();
+        let images =
+            turns_rad.iter().flat_map(|&turn| turned(stored, &from, &shape.view, turn)).collect();
         let output = self.network.forward(images, shape, &Device::flex());
         let sureness = floats(log_softmax(output.sureness, 1));
         let (centre, attitude) = (floats(output.centre), floats(output.rotation));

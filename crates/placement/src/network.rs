@@ -95,7 +95,12 @@ impl PlacementNetwork {
     }
 
     /// `images`: one after another, each as [`DepthView`] says.
-    pub(crate) fn forward(&self, images: Vec<f32>, shape: &NetworkShape, device: &Device) -> Output {
+    pub(crate) fn forward(
+        &self,
+        images: Vec<f32>,
+        shape: &NetworkShape,
+        device: &Device,
+    ) -> Output {
         let n = shape.view.pixels as usize;
         let b = images.len() / (n * n);
         let image = Tensor::<4>::from_data(TensorData::new(images, [b, 1, n, n]), device);

@@ -87,7 +87,12 @@ pub fn make_samples(
         Split::HeldOut => ("held-out", config.held_out_piles),
     };
     fs::create_dir_all(folder).map_err(|e| file_error(folder, e))?;
-    let generate = GenerateConfig { drops: config.drops, windows: 0, view: stored_view(view), keep: config.keep };
+    let generate = GenerateConfig {
+        drops: config.drops,
+        windows: 0,
+        view: stored_view(view),
+        keep: config.keep,
+    };
     observer.event(Event::Started { stage: "generate", total: piles });
     let mut samples = Vec::new();
     for index in 0..piles {
@@ -95,9 +100,16 @@ pub fn make_samples(
         let made = match read(&path, &generate)? {
             Some(made) => made,
             None => {
-                let background =
-                    source(split, index).map_err(|message| PlacementError::Background { index, message })?;
-                let made = pile_samples(&background, catalog, plan, &generate, seed.child(word, index), observer)?;
+                let background = source(split, index)
+                    .map_err(|message| PlacementError::Background { index, message })?;
+                let made = pile_samples(
+                    &background,
+                    catalog,
+                    plan,
+                    &generate,
+                    seed.child(word, index),
+                    observer,
+                )?;
                 write(&path, &Stored { generate, samples: made.clone() })?;
                 made
             }
@@ -180,7 +192,10 @@ fn read(path: &Path, generate: &GenerateConfig) -> Result<Option<Vec<Sample>>, P
     let stored: Stored = serde_json::from_slice(&bytes).map_err(|e| file_error(path, e))?;
     let pixels = (generate.view.pixels * generate.view.pixels) as usize;
     if stored.generate != *generate || stored.samples.iter().any(|s| s.depth.len() != pixels) {
-        return Err(file_error(path, "this data was made with other settings; choose another folder"));
+        return Err(file_error(
+            path,
+            "this data was made with other settings; choose another folder",
+        ));
     }
     Ok(Some(stored.samples))
 }

@@ -111,7 +111,8 @@ pub fn train(
     let network = PlacementNetwork::new(&config.network, &device).materialize();
     // A training may go on for longer than first meant, with nothing else changed.
     let lasting = TrainConfig { steps: 0, ..config.clone() };
-    let settings = serde_json::to_string_pretty(&lasting).map_err(|e| PlacementError::Description(e.to_string()))?;
+    let settings = serde_json::to_string_pretty(&lasting)
+        .map_err(|e| PlacementError::Description(e.to_string()))?;
     let checkpoint = Checkpoint::open(folder, &settings)?;
     let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser)?;
     let mut curve = checkpoint.curve(HEADER, first)?;
@@ -129,7 +130,8 @@ pub fn train(
     for step in first..config.steps {
         // Copies with leaves of their own: tapes that share a parameter are one tape, and two threads walking it
         // backwards wait for each other for ever.
-        let copies: Vec<PlacementNetwork> = (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
+        let copies: Vec<PlacementNetwork> =
+            (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
         let results = replicas.run(|replica| {
             let drawn = draw(samples, config, seed.child("batch", step), replica);
             gradients(&copies[replica], drawn, block, config, replicas.len(), &device)
@@ -146,7 +148,8 @@ pub fn train(
         let last = done == config.steps;
         let judged = done % config.validation_steps == 0 || last;
         if judged || done % 20 == 0 {
-            let found = judged.then(|| errors(&described(&network, done), held_out, &block.symmetry));
+            let found =
+                judged.then(|| errors(&described(&network, done), held_out, &block.symmetry));
             curve.write(&line(done, rate, &report, found.as_ref()))?;
         }
         let stop = observer.cancelled();
@@ -165,7 +168,12 @@ pub fn train(
 }
 
 /// The images of a replica's part of a batch and what they teach.
-fn draw(samples: &[Sample], config: &TrainConfig, seed: SeedTree, replica: usize) -> (Vec<f32>, Vec<Lesson>) {
+fn draw(
+    samples: &[Sample],
+    config: &TrainConfig,
+    seed: SeedTree,
+    replica: usize,
+) -> (Vec<f32>, Vec<Lesson>) {
     let to = config.network.view;
     let from = stored_view(&to);
     let mut rng = seed.child("replica", replica as u64).rng();
@@ -226,13 +234,20 @@ fn line(step: u64, rate: f64, report: &LossReport, found: Option<&Errors>) -> St
             )
         },
     );
-    format!("{step},{rate:.3e},{:.5},{:.5},{:.5},{judged}", report.total, report.pose, report.sureness)
+    format!(
+        "{step},{rate:.3e},{:.5},{:.5},{:.5},{judged}",
+        report.total, report.pose, report.sureness
+    )
 }
 
 impl TrainConfig {
     fn check(&self) -> Result<(), PlacementError> {
         let at_least = |name, value: f64, least: f64, allowed| {
-            if value >= least { Ok(()) } else { Err(PlacementError::Setting { name, value, allowed }) }
+            if value >= least {
+                Ok(())
+            } else {
+                Err(PlacementError::Setting { name, value, allowed })
+            }
         };
         self.network.check()?;
         at_least("steps", self.steps as f64, 1.0, "at least 1")?;

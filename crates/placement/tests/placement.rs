@@ -2,8 +2,8 @@
 
 use geom::{Event, Observer, Quat, SeedTree, Silent, Vec3};
 use placement::{
-    GoodPose, NetworkShape, PlacementError, PlacementModel, RotationCode, Sample, TrainConfig, errors, stored_view,
-    train,
+    GoodPose, NetworkShape, PlacementError, PlacementModel, RotationCode, Sample, TrainConfig,
+    errors, stored_view, train,
 };
 use plan::{DepthView, Proposer};
 use scene::{BlockModel, Shape};
@@ -18,9 +18,19 @@ fn tetrapod() -> BlockModel {
 }
 
 fn config() -> TrainConfig {
-    let mut config = TrainConfig { steps: 60, warmup: 5, batch: 8, learning_rate: 3e-3, ..TrainConfig::default() };
-    config.network =
-        NetworkShape { view: DepthView { pixels: 16, edge: 1.6 }, features: 32, modes: 3, ..config.network };
+    let mut config = TrainConfig {
+        steps: 60,
+        warmup: 5,
+        batch: 8,
+        learning_rate: 3e-3,
+        ..TrainConfig::default()
+    };
+    config.network = NetworkShape {
+        view: DepthView { pixels: 16, edge: 1.6 },
+        features: 32,
+        modes: 3,
+        ..config.network
+    };
     config.network.backbone.width = 8;
     config
 }
@@ -73,13 +83,18 @@ fn training_learns_stops_and_goes_on_as_if_it_had_not_stopped() {
     assert_eq!(part.steps, 17);
     let rest = run(two.path(), &config, &Silent).unwrap();
     assert_eq!((whole.steps, rest.steps), (60, 60));
-    let curve = |folder: &tempfile::TempDir| std::fs::read_to_string(folder.path().join("curve.csv")).unwrap();
+    let curve = |folder: &tempfile::TempDir| {
+        std::fs::read_to_string(folder.path().join("curve.csv")).unwrap()
+    };
     let losses = |text: &str| -> Vec<f32> {
         text.lines().skip(1).map(|l| l.split(',').nth(2).unwrap().parse().unwrap()).collect()
     };
     let (first, second) = (losses(&curve(&one)), losses(&curve(&two)));
     assert_eq!(first.len(), 3);
-    assert!(first.iter().zip(&second).all(|(a, b)| (a - b).abs() < 2e-3), "{first:?} against {second:?}");
+    assert!(
+        first.iter().zip(&second).all(|(a, b)| (a - b).abs() < 2e-3),
+        "{first:?} against {second:?}"
+    );
     let found = errors(&whole.model, &samples, &block.symmetry);
     assert!(found.displacement < 0.2, "the hole is 0.25 from the middle: {found:?}");
     assert!(found.nearest_rotation_rad <= found.rotation_rad);
@@ -96,7 +111,9 @@ fn both_ways_to_write_a_rotation_train() {
         (config.network.rotation, config.network.modes) = (rotation, 1);
         let folder = tempfile::tempdir().unwrap();
         let samples = holes(&config, 8);
-        let trained = train(&samples, &samples, &block, &config, folder.path(), SeedTree::new(2), &Silent).unwrap();
+        let trained =
+            train(&samples, &samples, &block, &config, folder.path(), SeedTree::new(2), &Silent)
+                .unwrap();
         let n = trained.model.view().pixels as usize;
         let depth = vec![0.3; n * n];
         assert_eq!(trained.model.propose(&depth, 0.0).len(), 6, "one for each turn");
@@ -113,9 +130,11 @@ fn foreign_files_and_settings_are_named() {
     let mut bad = config();
     bad.network.backbone.width = 12;
     let (samples, folder) = (holes(&config(), 2), tempfile::tempdir().unwrap());
-    let refused = train(&samples, &[], &tetrapod(), &bad, folder.path(), SeedTree::new(1), &Silent).unwrap_err();
+    let refused = train(&samples, &[], &tetrapod(), &bad, folder.path(), SeedTree::new(1), &Silent)
+        .unwrap_err();
     assert!(matches!(refused, PlacementError::Setting { .. }), "{refused}");
-    let empty = train(&[], &[], &tetrapod(), &config(), folder.path(), SeedTree::new(1), &Silent).unwrap_err();
+    let empty = train(&[], &[], &tetrapod(), &config(), folder.path(), SeedTree::new(1), &Silent)
+        .unwrap_err();
     assert_eq!(empty, PlacementError::NoSamples);
 }
 
@@ -131,7 +150,9 @@ fn the_shipped_network_knows_tetrapods_of_any_size_and_proposes_different_poses(
     let proposals = model.propose(&slope, 0.0);
     assert!(proposals.len() >= 8);
     let symmetry = &tetrapod().symmetry;
-    let apart = |i: usize, j: usize| symmetry.rotation_error_rad(proposals[i].rotation, proposals[j].rotation);
+    let apart = |i: usize, j: usize| {
+        symmetry.rotation_error_rad(proposals[i].rotation, proposals[j].rotation)
+    };
     assert!((1..8).any(|j| apart(0, j) > 0.2), "all modes say the same");
     assert!(proposals.iter().all(|p| p.rotation.is_finite() && p.centre.length() < 1.5));
 }

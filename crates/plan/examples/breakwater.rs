@@ -1,7 +1,7 @@
 //! Plans a breakwater span like the thesis' site: 150 × 25 m, 1000 blocks dropped at random, a level design, a
 //! supplement one size larger. Prints one line of figures a plan.
 //!
-//! `cargo run --release -p tsumu-plan --example breakwater -- policy=search seeds=3 length=150 blocks=1000`
+//! `cargo run --release -p plan --example breakwater -- policy=search seeds=3 length=150 blocks=1000`
 
 mod span;
 
@@ -19,11 +19,20 @@ fn main() {
     let catalog = span::catalog();
     let started = Instant::now();
     let scene = span::pile(&catalog, length_m, count, SeedTree::new(number("site", 1.0) as u64));
-    println!("site: {count} blocks on {length_m} x {WIDTH_M} m in {:.1} s", started.elapsed().as_secs_f32());
+    println!(
+        "site: {count} blocks on {length_m} x {WIDTH_M} m in {:.1} s",
+        started.elapsed().as_secs_f32()
+    );
     let design = span::design(length_m, level_m);
     let frame = SiteFrame::default();
-    let input =
-        PlanInput { scene: &scene, frame: &frame, design: &design, catalog: &catalog, placed: &[], proposer: None };
+    let input = PlanInput {
+        scene: &scene,
+        frame: &frame,
+        design: &design,
+        catalog: &catalog,
+        placed: &[],
+        proposer: None,
+    };
 
     let mut config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -45,7 +54,10 @@ fn main() {
             "verify" => config.search.verify = f() as u32,
             "trapped" => config.search.trapped_weight = f(),
             "protrusion" => config.search.protrusion_weight = f(),
-            "inside" => config.inside = if v == "centre" { plan::Inside::Centre } else { plan::Inside::Whole },
+            "inside" => {
+                config.inside =
+                    if v == "centre" { plan::Inside::Centre } else { plan::Inside::Whole }
+            }
             "walls" => config.walls = v == "true",
             _ => {}
         }

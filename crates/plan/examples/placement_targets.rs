@@ -1,7 +1,7 @@
 //! Generate-and-test data for a placement network, made twice with different draws: how many drops a second, and how
 //! far apart the two "best" answers to the same window are — the error no regression of the best pose can go below.
 //!
-//! `cargo run --release -p tsumu-plan --example placement_targets -- windows=24 drops=500`
+//! `cargo run --release -p plan --example placement_targets -- windows=24 drops=500`
 
 mod span;
 
@@ -18,8 +18,14 @@ fn main() {
     let scene = span::pile(&catalog, length_m, (length_m * 6.7) as usize, SeedTree::new(1));
     let design = span::design(length_m, number("level", 2.4));
     let frame = SiteFrame::default();
-    let input =
-        PlanInput { scene: &scene, frame: &frame, design: &design, catalog: &catalog, placed: &[], proposer: None };
+    let input = PlanInput {
+        scene: &scene,
+        frame: &frame,
+        design: &design,
+        catalog: &catalog,
+        placed: &[],
+        proposer: None,
+    };
     let config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };
     let generate = GenerateConfig {
         windows: number("windows", 24.0) as u32,
@@ -28,7 +34,8 @@ fn main() {
     };
     let make = |seed: u64| {
         let started = Instant::now();
-        let made = generate_and_test(&input, &config, &generate, SeedTree::new(seed), &Silent).expect("a sound site");
+        let made = generate_and_test(&input, &config, &generate, SeedTree::new(seed), &Silent)
+            .expect("a sound site");
         let drops: u32 = made.iter().map(|s| s.drops).sum();
         println!(
             "{} windows, {drops} drops, {:.0} drops/s",
@@ -51,7 +58,8 @@ fn main() {
     println!("windows with an answer in both: {} of {}", both.len(), one.len());
     let (mean, median) = of(&|a, b| angle(a.best[0].drop.rotation, b.best[0].drop.rotation));
     println!("best against best: rotation mean {mean:.1}°, median {median:.1}°");
-    let (mean, median) = of(&|a, b| (a.best[0].drop.translation - b.best[0].drop.translation).length());
+    let (mean, median) =
+        of(&|a, b| (a.best[0].drop.translation - b.best[0].drop.translation).length());
     println!("best against best: centre mean {mean:.2} m, median {median:.2} m");
     let (mean, median) = of(&|a, b| {
         let (a, b) = (a.best[0].filled_m3, b.best[0].filled_m3);
@@ -68,10 +76,17 @@ fn main() {
         }
         modes.len() as f32
     });
-    println!("attitudes more than 20° apart within 3 % of the best of {}: mean {mean:.1}", generate.drops);
+    println!(
+        "attitudes more than 20° apart within 3 % of the best of {}: mean {mean:.1}",
+        generate.drops
+    );
     let mut rng = SeedTree::new(9).rng();
     let mut any = || {
-        let v = Vec3::new(rng.random::<f32>() - 0.5, rng.random::<f32>() - 0.5, rng.random::<f32>() - 0.5);
+        let v = Vec3::new(
+            rng.random::<f32>() - 0.5,
+            rng.random::<f32>() - 0.5,
+            rng.random::<f32>() - 0.5,
+        );
         Quat::from_axis_angle(v.normalize_or(Vec3::Z), rng.random::<f32>() * std::f32::consts::TAU)
     };
     let guess = (0..2000).map(|_| angle(any(), any())).sum::<f32>() / 2000.0;

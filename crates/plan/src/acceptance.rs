@@ -28,7 +28,8 @@ pub(crate) fn impact(stack: &Stack, model: ModelId, pose: &Pose) -> Impact {
     }
     let first = surface.centre(rect.x0, rect.y0);
     let (nx, ny) = (rect.x1 - rect.x0, rect.y1 - rect.y0);
-    let part = HeightMap { origin: [first.x, first.y], cell_m: surface.cell_m, nx, ny, z_m: Vec::new() };
+    let part =
+        HeightMap { origin: [first.x, first.y], cell_m: surface.cell_m, nx, ny, z_m: Vec::new() };
     let (top, under) = part.top_and_underside(&block.mesh, pose);
     // Less than this is a leg leaning on another, not a block under another.
     let slack_m = 0.1 * block.d_box_m;
@@ -39,8 +40,10 @@ pub(crate) fn impact(stack: &Stack, model: ModelId, pose: &Pose) -> Impact {
             if z.is_nan() {
                 continue;
             }
-            let (before, design) =
-                (surface.at(rect.x0 + ix, rect.y0 + iy), stack.design.at(rect.x0 + ix, rect.y0 + iy));
+            let (before, design) = (
+                surface.at(rect.x0 + ix, rect.y0 + iy),
+                stack.design.at(rect.x0 + ix, rect.y0 + iy),
+            );
             let after = before.max(z);
             covered += 1;
             under_cells += u32::from(under.at(ix, iy) < before - slack_m);

@@ -54,7 +54,11 @@ mod tests {
         let mut rng = SeedTree::new(1).rng();
         let far = (0..500)
             .map(|_| random(&mut rng))
-            .map(|q| set.iter().map(|&s| model.symmetry.rotation_error_rad(s, q)).fold(f32::INFINITY, f32::min))
+            .map(|q| {
+                set.iter()
+                    .map(|&s| model.symmetry.rotation_error_rad(s, q))
+                    .fold(f32::INFINITY, f32::min)
+            })
             .fold(0.0, f32::max);
         assert!(far < 25.0_f32.to_radians(), "farthest rotation {:.1}°", far.to_degrees());
     }

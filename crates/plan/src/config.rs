@@ -149,7 +149,13 @@ impl Default for NetworkConfig {
 
 impl Default for SearchConfig {
     fn default() -> Self {
-        Self { attitudes: 256, step_cells: 2, verify: 8, trapped_weight: 0.25, protrusion_weight: 2.0 }
+        Self {
+            attitudes: 256,
+            step_cells: 2,
+            verify: 8,
+            trapped_weight: 0.25,
+            protrusion_weight: 2.0,
+        }
     }
 }
 
@@ -180,7 +186,11 @@ impl Default for PlanConfig {
             network: NetworkConfig::default(),
             crane: None,
             // Half the step rate and half the rest time of a pile: one block on fixed ones settles as well (the shake tells).
-            physics: PhysicsConfig { step_s: 1.0 / 60.0, rest_time_s: 0.25, ..PhysicsConfig::default() },
+            physics: PhysicsConfig {
+                step_s: 1.0 / 60.0,
+                rest_time_s: 0.25,
+                ..PhysicsConfig::default()
+            },
         }
     }
 }
@@ -286,16 +296,27 @@ impl Settings {
     fn check(&self) -> Result<(), PlanError> {
         let positive = |key, value: f32| {
             let ok = value > 0.0 && value.is_finite();
-            if ok { Ok(()) } else { Err(PlanError::BadSetting { key, value, why: "it must be above 0" }) }
+            if ok {
+                Ok(())
+            } else {
+                Err(PlanError::BadSetting { key, value, why: "it must be above 0" })
+            }
         };
         let not_negative = |key, value: f32| {
             let ok = value >= 0.0 && value.is_finite();
-            if ok { Ok(()) } else { Err(PlanError::BadSetting { key, value, why: "it must not be negative" }) }
+            if ok {
+                Ok(())
+            } else {
+                Err(PlanError::BadSetting { key, value, why: "it must not be negative" })
+            }
         };
         positive("cell_m", self.cell_m)?;
         positive("window_m", self.window_m)?;
         if self.window_m < self.cell_m {
-            return Err(PlanError::WindowBelowCell { window_m: self.window_m, cell_m: self.cell_m });
+            return Err(PlanError::WindowBelowCell {
+                window_m: self.window_m,
+                cell_m: self.cell_m,
+            });
         }
         positive("stride_m", self.stride_m)?;
         not_negative("minimum_volume_m3", self.minimum_volume_m3)?;
@@ -308,7 +329,11 @@ impl Settings {
         positive("displacement_limit_m", self.displacement_limit_m)?;
         if self.displacement_limit_m > self.roam_m {
             let (key, value) = ("displacement_limit_m", self.displacement_limit_m);
-            return Err(PlanError::BadSetting { key, value, why: "it must not exceed the block's own reach" });
+            return Err(PlanError::BadSetting {
+                key,
+                value,
+                why: "it must not exceed the block's own reach",
+            });
         }
         not_negative("wedge_limit", self.wedge_limit)?;
         not_negative("shake_m_s", self.shake_m_s)?;

@@ -37,9 +37,15 @@ impl CraneConfig {
         }
         let carried = self.capacity.iter().take_while(|row| row[1] >= mass_kg).last();
         let Some(row) = carried else {
-            return bad("crane.capacity", self.capacity[0][1], "the crane cannot lift this block at any radius");
+            return bad(
+                "crane.capacity",
+                self.capacity[0][1],
+                "the crane cannot lift this block at any radius",
+            );
         };
-        let local = |p: &[f64; 2]| Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32);
+        let local = |p: &[f64; 2]| {
+            Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32)
+        };
         Ok(Reach { stands: self.stand.iter().map(local).collect(), radius_m: row[0] })
     }
 }

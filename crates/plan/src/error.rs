@@ -21,7 +21,9 @@ pub enum PlanError {
     #[error(transparent)]
     Design(#[from] scene::design::DesignError),
     /// The window holds less than one cell.
-    #[error("plan.window_m = {window_m} m is smaller than a cell of {cell_m} m: enlarge window_m or reduce cell_m")]
+    #[error(
+        "plan.window_m = {window_m} m is smaller than a cell of {cell_m} m: enlarge window_m or reduce cell_m"
+    )]
     WindowBelowCell {
         /// Edge of the window.
         window_m: f32,
@@ -52,7 +54,9 @@ pub enum PlanError {
         known: String,
     },
     /// The design has no cell anywhere.
-    #[error("the design surface covers nothing: no cell of {cell_m} m has a design height; check its boundary")]
+    #[error(
+        "the design surface covers nothing: no cell of {cell_m} m has a design height; check its boundary"
+    )]
     NoWorks {
         /// Edge of a cell.
         cell_m: f32,
@@ -68,10 +72,14 @@ pub enum PlanError {
         crs: String,
     },
     /// Walls were asked for around a boundary they cannot follow.
-    #[error("plan.walls needs a convex boundary (a level or planes design with a convex polygon); set walls = false")]
+    #[error(
+        "plan.walls needs a convex boundary (a level or planes design with a convex polygon); set walls = false"
+    )]
     WallsNeedConvexBoundary,
     /// No network is there to propose poses.
-    #[error("policy `network` needs a placement network (`PlanInput::proposer`); give one or use `search` or `random`")]
+    #[error(
+        "policy `network` needs a placement network (`PlanInput::proposer`); give one or use `search` or `random`"
+    )]
     NoPlacementModel,
     /// The user asked to stop.
     #[error("planning was stopped")]

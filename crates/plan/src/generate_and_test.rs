@@ -85,9 +85,12 @@ pub fn generate_and_test(
         let origin = window_origin(&stack, window.centre);
         let mut best: Vec<GoodDrop> = Vec::new();
         for _ in 0..generate.drops {
-            let Some(drop) = random_pose::pose(&stack, settings, site.model, window, &mut rng) else { continue };
-            let trial =
-                Drop::new(&stack, settings, site.model, &drop).settle(settings.displacement_limit_m, &|_| false);
+            let Some(drop) = random_pose::pose(&stack, settings, site.model, window, &mut rng)
+            else {
+                continue;
+            };
+            let trial = Drop::new(&stack, settings, site.model, &drop)
+                .settle(settings.displacement_limit_m, &|_| false);
             if !trial.at_rest || trial.displaced_m > settings.displacement_limit_m {
                 continue;
             }

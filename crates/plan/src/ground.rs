@@ -45,12 +45,20 @@ pub fn estimate_ground(
     let length_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
     let accepted = Accepted::of(recognised, catalog);
     let lowest = |(model, pose): &(ModelId, Pose)| {
-        catalog.get(*model).mesh.vertices.iter().map(|&v| (*pose * v).z).fold(f32::INFINITY, f32::min)
+        catalog
+            .get(*model)
+            .mesh
+            .vertices
+            .iter()
+            .map(|&v| (*pose * v).z)
+            .fold(f32::INFINITY, f32::min)
     };
     let lowest_m = accepted.blocks.iter().map(lowest).fold(f32::INFINITY, f32::min);
     if cloud.is_empty() || length_m <= 0.0 {
         let z_m = if lowest_m.is_finite() { lowest_m } else { 0.0 };
-        warn(format!("no points to estimate the ground from: taken as level at {z_m:.2} m (local height)"));
+        warn(format!(
+            "no points to estimate the ground from: taken as level at {z_m:.2} m (local height)"
+        ));
         return Ground::Level { z_m };
     }
     let claimed = recognised.iter().flat_map(|r| &r.points).copied();
@@ -67,7 +75,10 @@ pub fn estimate_ground(
         return Ground::Level { z_m };
     }
     if known * 20 < map.z_m.len() {
-        warn(format!("ground is seen in {known} of {} cells only; the rest is interpolated", map.z_m.len()));
+        warn(format!(
+            "ground is seen in {known} of {} cells only; the rest is interpolated",
+            map.z_m.len()
+        ));
     }
     map.fill_empty();
     press_under(&mut map, &accepted.blocks, catalog);
@@ -117,7 +128,8 @@ pub(crate) fn unexplained(
     let square = |p: Vec3| ((p.x / edge_m).floor() as i64, (p.y / edge_m).floor() as i64);
     let mut squares: std::collections::BTreeMap<(i64, i64), Vec<usize>> = Default::default();
     // One query structure a model; a mesh without triangles explains nothing.
-    let queries: Vec<Option<MeshQuery>> = catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).ok()).collect();
+    let queries: Vec<Option<MeshQuery>> =
+        catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).ok()).collect();
     for (i, (model, pose)) in accepted.iter().enumerate() {
         squares.entry(square(*pose * catalog.get(*model).centre)).or_default().push(i);
     }
@@ -128,7 +140,9 @@ pub(crate) fn unexplained(
             let (id, pose) = accepted[i];
             let model = catalog.get(id);
             (p - pose * model.centre).length() <= model.d_max_m + near_m
-                && queries[id.0 as usize].as_ref().is_some_and(|q| q.signed_distance_m(pose.inverse() * p) <= near_m)
+                && queries[id.0 as usize]
+                    .as_ref()
+                    .is_some_and(|q| q.signed_distance_m(pose.inverse() * p) <= near_m)
         })
     };
     (0..cloud.len())
@@ -141,11 +155,17 @@ pub(crate) fn unexplained(
 }
 
 /// The low percentile of each cell that has enough points.
-fn low_points(cloud: &PointCloud, loose: &[u32], config: &GroundConfig, length_m: f32) -> HeightMap {
+fn low_points(
+    cloud: &PointCloud,
+    loose: &[u32],
+    config: &GroundConfig,
+    length_m: f32,
+) -> HeightMap {
     let bounds = cloud.bounds();
     // A stray point far out must not make the grid huge.
     let cell_m = (config.cell * length_m).max((bounds.size().x.max(bounds.size().y)) / 4000.0);
-    let mut map = HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
+    let mut map =
+        HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
     let mut heights: Vec<Vec<f32>> = vec![Vec::new(); map.z_m.len()];
     for &i in loose {
         let p = cloud.position_m[i as usize];

@@ -42,8 +42,12 @@ pub use ground::{GroundConfig, estimate_ground};
 pub use network_pose::{Proposal, Proposer};
 pub use obstacles::with_obstacles;
 pub use site::{PlanInput, block_to_place};
-pub use surfaces::{CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces};
-pub use uncertainty::{Case, Percentiles, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty};
+pub use surfaces::{
+    CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces,
+};
+pub use uncertainty::{
+    Case, Percentiles, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
+};
 pub use volumes::{OfVolume, plans_over_volumes};
 
 use geom::{Event, Observer, SeedTree};
@@ -80,8 +84,14 @@ pub fn replan(
 }
 
 /// What was tried, in placing order and with its figures.
-fn finished(site: &site::Site, stack: &stack::Stack, before: &summary::Before, tried: Vec<Placement>) -> Plan {
-    let (kept, removed): (Vec<_>, Vec<_>) = tried.into_iter().partition(|p| p.state == PlacementState::Kept);
+fn finished(
+    site: &site::Site,
+    stack: &stack::Stack,
+    before: &summary::Before,
+    tried: Vec<Placement>,
+) -> Plan {
+    let (kept, removed): (Vec<_>, Vec<_>) =
+        tried.into_iter().partition(|p| p.state == PlacementState::Kept);
     let placements = order::ordered(kept, stack, site);
     let summary = summary::summary(site, stack, before, &placements, &removed);
     Plan { placements, removed, summary }

@@ -51,7 +51,11 @@ pub(crate) fn candidates(
         let inside = |v: f32| v.clamp(0.0, 2.0 * reach as f32) as usize;
         let (px, py) = (inside(cell(proposal.centre.x)), inside(cell(proposal.centre.y)));
         let about = |p: usize| p.saturating_sub(nudge)..=(p + nudge).min(2 * reach);
-        places.push(Places { x: about(px), y: about(py), step: settings.search.step_cells as usize });
+        places.push(Places {
+            x: about(px),
+            y: about(py),
+            step: settings.search.step_cells as usize,
+        });
         silhouettes.push(Silhouette::new(block, proposal.rotation, settings.cell_m));
     }
     let verify = settings.network.verify as usize;

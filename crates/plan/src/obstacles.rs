@@ -61,7 +61,11 @@ pub fn with_obstacles(
     whole.fill_with(|x, y| ground.height_m(x, y));
     for (cell, z) in whole.z_m.iter_mut().enumerate() {
         // `min` and `max` pass over NaN.
-        let top = if tops.z_m[cell].is_nan() { f32::NAN } else { tops.z_m[cell].min(undersides.z_m[cell]) };
+        let top = if tops.z_m[cell].is_nan() {
+            f32::NAN
+        } else {
+            tops.z_m[cell].min(undersides.z_m[cell])
+        };
         *z = z.max(top);
     }
     Ground::Grid { origin: whole.origin, cell_m, nx: whole.nx, z_m: whole.z_m }
@@ -79,7 +83,8 @@ fn standing(
     let bounds = cloud.bounds();
     // A stray point far out must not make the grid huge.
     let cell_m = (CELL * length_m).max(bounds.size().x.max(bounds.size().y) / 4000.0);
-    let mut tops = HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
+    let mut tops =
+        HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
     let seen = counts(&tops, cloud);
     let rise_m = config.step * length_m + config.slope * cell_m;
     let mut high: Vec<(usize, f32)> = Vec::new();
@@ -140,7 +145,8 @@ fn fill_shadow(map: &mut HeightMap, seen: &[u32]) {
         for ix in 0..map.nx {
             let cell = iy * map.nx + ix;
             if seen[cell] == 0 && known.z_m[cell].is_nan() {
-                let beside: Vec<f32> = around(&known, ix, iy, 1).filter(|z| z.is_finite()).collect();
+                let beside: Vec<f32> =
+                    around(&known, ix, iy, 1).filter(|z| z.is_finite()).collect();
                 if beside.len() >= 3 {
                     map.z_m[cell] = beside.into_iter().fold(f32::INFINITY, f32::min);
                 }

@@ -13,7 +13,10 @@ pub(crate) fn ordered(kept: Vec<Placement>, stack: &Stack, site: &Site) -> Vec<P
     let block = stack.catalog.get(site.model);
     let centres: Vec<Vec3> = kept.iter().map(|p| p.rest * block.centre).collect();
     let order = placing_order(&centres, block.d_max_m, site.reach.as_ref());
-    let numbered = order.iter().enumerate().map(|(n, &i)| Placement { order: n as u32 + 1, ..kept[i].clone() });
+    let numbered = order
+        .iter()
+        .enumerate()
+        .map(|(n, &i)| Placement { order: n as u32 + 1, ..kept[i].clone() });
     numbered.collect()
 }
 
@@ -32,7 +35,8 @@ pub(crate) fn placing_order(centres: &[Vec3], reach_m: f32, crane: Option<&Reach
     }
     // Farthest first; equal distances keep the planning order. Distances are not negative, so their bits sort as they do.
     let key = |i: usize| (crane.distance_m(centres[i].truncate()).to_bits(), std::cmp::Reverse(i));
-    let mut ready: std::collections::BinaryHeap<_> = (0..centres.len()).filter(|&i| waits[i] == 0).map(key).collect();
+    let mut ready: std::collections::BinaryHeap<_> =
+        (0..centres.len()).filter(|&i| waits[i] == 0).map(key).collect();
     let mut order = Vec::with_capacity(centres.len());
     while let Some((_, std::cmp::Reverse(i))) = ready.pop() {
         order.push(i);

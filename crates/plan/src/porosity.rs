@@ -7,7 +7,10 @@ use geom::{Pose, TriMesh, Vec3};
 use std::collections::BTreeMap;
 
 /// Volume of the union of posed meshes, m³, from vertical columns `cell_m` apart.
-pub fn rasterised_volume_m3<'a>(solids: impl IntoIterator<Item = (&'a TriMesh, Pose)>, cell_m: f32) -> f64 {
+pub fn rasterised_volume_m3<'a>(
+    solids: impl IntoIterator<Item = (&'a TriMesh, Pose)>,
+    cell_m: f32,
+) -> f64 {
     let mut columns: BTreeMap<(i32, i32), Vec<(f32, i32)>> = BTreeMap::new();
     for (mesh, pose) in solids {
         let vertices: Vec<Vec3> = mesh.vertices.iter().map(|&v| pose * v).collect();
@@ -31,7 +34,8 @@ fn cross(corners: [Vec3; 3], cell_m: f32, columns: &mut BTreeMap<(i32, i32), Vec
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     // Columns stand a little off the round numbers, where edges of regular meshes like to lie.
     let offset = 0.500_123;
-    let range = |l: f64, h: f64| ((l / cell - offset).ceil() as i32, (h / cell - offset).floor() as i32);
+    let range =
+        |l: f64, h: f64| ((l / cell - offset).ceil() as i32, (h / cell - offset).floor() as i32);
     let ((x0, x1), (y0, y1)) = (range(low.x, high.x), range(low.y, high.y));
     for iy in y0..=y1 {
         for ix in x0..=x1 {
@@ -40,7 +44,10 @@ fn cross(corners: [Vec3; 3], cell_m: f32, columns: &mut BTreeMap<(i32, i32), Vec
             if v >= 0.0 && w >= 0.0 && v + w < 1.0 {
                 let z = a.z + v * (b.z - a.z) + w * (c.z - a.z);
                 // Counter-clockwise from above: the top of the solid.
-                columns.entry((ix, iy)).or_default().push((z as f32, if twice > 0.0 { -1 } else { 1 }));
+                columns
+                    .entry((ix, iy))
+                    .or_default()
+                    .push((z as f32, if twice > 0.0 { -1 } else { 1 }));
             }
         }
     }
@@ -76,14 +83,15 @@ mod tests {
         let mut rng = SeedTree::new(2).rng();
         let poses: Vec<Pose> = (0..30)
             .map(|i| {
-                let turn =
-                    Quat::from_rotation_x(rng.random::<f32>() * 6.0) * Quat::from_rotation_z(rng.random::<f32>());
+                let turn = Quat::from_rotation_x(rng.random::<f32>() * 6.0)
+                    * Quat::from_rotation_z(rng.random::<f32>());
                 Pose::from_parts(Vec3::new(3.0 * i as f32, rng.random::<f32>(), 0.0), turn)
             })
             .collect();
         let volume = rasterised_volume_m3(poses.iter().map(|p| (&block.mesh, *p)), 0.1);
         assert!((volume / (30.0 * f64::from(block.volume_m3)) - 1.0).abs() < 0.01);
-        let twice = rasterised_volume_m3(poses.iter().chain(&poses).map(|p| (&block.mesh, *p)), 0.1);
+        let twice =
+            rasterised_volume_m3(poses.iter().chain(&poses).map(|p| (&block.mesh, *p)), 0.1);
         assert!((twice / volume - 1.0).abs() < 1e-6);
     }
 }

@@ -10,12 +10,21 @@ use scene::{ModelId, Placement, PlacementState};
 const DRAWS: usize = 8;
 
 /// Drops into a window as often as the settings say; of what was tried at most one is kept.
-pub(crate) fn placed(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree) -> Vec<Placement> {
+pub(crate) fn placed(
+    site: &Site,
+    stack: &Stack,
+    window: &Window,
+    round: u32,
+    seed: SeedTree,
+) -> Vec<Placement> {
     let settings = &site.settings;
     let mut rng = seed.rng();
     if settings.random.drops == 1 {
         let pose = pose(stack, settings, site.model, window, &mut rng);
-        return pose.map(|drop| rounds::attempt(site, stack, &drop, settings.roam_m, round)).into_iter().collect();
+        return pose
+            .map(|drop| rounds::attempt(site, stack, &drop, settings.roam_m, round))
+            .into_iter()
+            .collect();
     }
     let mut best: Option<Placement> = None;
     let mut failed = Vec::new();
@@ -50,7 +59,8 @@ pub(crate) fn pose(
         let mut jitter_m = || (2.0 * rng.random::<f32>() - 1.0) * settings.jitter_m;
         let (x, y) = (window.centre.x + jitter_m(), window.centre.y + jitter_m());
         let height_m = silhouette::lowered_height_m(&stack.surface, block, rotation, x, y);
-        let pose = height_m.map(|z| silhouette::pose_at(block, rotation, Vec3::new(x, y, z + clearance_m)));
+        let pose = height_m
+            .map(|z| silhouette::pose_at(block, rotation, Vec3::new(x, y, z + clearance_m)));
         // A crane lets nothing go outside.
         if let Some(pose) = pose.filter(|p| stack.is_inside(model, p, settings.inside)) {
             return Some(pose);

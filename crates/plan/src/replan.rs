@@ -12,9 +12,15 @@ use scene::{InstanceId, PlacedBlock, Placement, PlacementState, Plan};
 /// Placements of `previous` that are still to do and still hold; they are in the stack afterwards.
 pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec<Placement> {
     let settings = &site.settings;
-    let open: Vec<&Placement> = previous.placements.iter().filter(|p| !is_built(stack, p)).collect();
-    let places: Vec<Vec2> = open.iter().map(|p| (p.drop * stack.catalog.get(p.model).centre).truncate()).collect();
-    let limit_m = if settings.policy == Policy::Random { settings.roam_m } else { settings.displacement_limit_m };
+    let open: Vec<&Placement> =
+        previous.placements.iter().filter(|p| !is_built(stack, p)).collect();
+    let places: Vec<Vec2> =
+        open.iter().map(|p| (p.drop * stack.catalog.get(p.model).centre).truncate()).collect();
+    let limit_m = if settings.policy == Policy::Random {
+        settings.roam_m
+    } else {
+        settings.displacement_limit_m
+    };
     let mut carried: Vec<(usize, Placement)> = Vec::new();
     for batch in batches::independent(&places, 2.0 * settings.local_radius_m) {
         let found: Vec<Option<Placement>> =
@@ -36,8 +42,10 @@ fn is_built(stack: &Stack, p: &Placement) -> bool {
     let block = stack.catalog.get(p.model);
     let planned = p.rest * block.centre;
     let near = stack.near(planned.x, planned.y, 0.25 * block.d_box_m);
-    near.into_iter()
-        .any(|i| stack.blocks[i].model == p.model && (stack.centre(i) - planned).length() <= 0.25 * block.d_box_m)
+    near.into_iter().any(|i| {
+        stack.blocks[i].model == p.model
+            && (stack.centre(i) - planned).length() <= 0.25 * block.d_box_m
+    })
 }
 
 fn still_holds(site: &Site, stack: &Stack, p: &Placement, limit_m: f32) -> Option<Placement> {

@@ -57,13 +57,17 @@ pub(crate) fn fill(
     // Nobody reads or writes farther than this from a window's centre.
     let apart_m = 2.0 * (settings.local_radius_m + settings.jitter_m.max(settings.window_m));
     for round in 1..=settings.rounds {
-        failures.retain(|f| stack.last_change(f.place.x, f.place.y, settings.window_m + block.d_max_m) <= f.tick);
+        failures.retain(|f| {
+            stack.last_change(f.place.x, f.place.y, settings.window_m + block.d_max_m) <= f.tick
+        });
         let mut shut = Vec::new();
         let open = |w: &Window| {
             if !site.reach.as_ref().is_none_or(|r| r.covers(w.centre)) {
                 return false;
             }
-            let near = failures.iter().filter(|f| (f.place - w.centre).length() < 0.45 * settings.window_m);
+            let near = failures
+                .iter()
+                .filter(|f| (f.place - w.centre).length() < 0.45 * settings.window_m);
             let Some(largest_m3) = near.map(|f| f.deficit_m3).reduce(f32::max) else { return true };
             if largest_m3 < w.deficit_m3 {
                 shut.push((largest_m3, w.deficit_m3));
@@ -94,10 +98,17 @@ pub(crate) fn fill(
                 let placed = placements.iter().find(|p| p.state == PlacementState::Kept);
                 if let Some(p) = placed {
                     let id = InstanceId(stack.blocks.len() as u32 + 1);
-                    stack.add(PlacedBlock { block: id, model: p.model, site_from_block: p.rest }, tick);
+                    stack.add(
+                        PlacedBlock { block: id, model: p.model, site_from_block: p.rest },
+                        tick,
+                    );
                     kept += 1;
                 } else if settings.policy != Policy::Random || settings.random.drops > 1 {
-                    failures.push(Failure { place: places[w], tick, deficit_m3: windows[w].deficit_m3 });
+                    failures.push(Failure {
+                        place: places[w],
+                        tick,
+                        deficit_m3: windows[w].deficit_m3,
+                    });
                 }
                 filled.tried.extend(placements.into_iter().map(|p| (p, windows[w].deficit_m3)));
             }
@@ -120,12 +131,22 @@ fn nothing_to_do(stack: &Stack, minimum_volume_m3: f32) -> String {
 }
 
 /// Tries to place one block in a window; of what was tried at most one is kept.
-pub(crate) fn serve(site: &Site, stack: &Stack, window: &Window, round: u32, seed: SeedTree) -> Vec<Placement> {
+pub(crate) fn serve(
+    site: &Site,
+    stack: &Stack,
+    window: &Window,
+    round: u32,
+    seed: SeedTree,
+) -> Vec<Placement> {
     let found = match &site.poses {
         Poses::Random => return random_pose::placed(site, stack, window, round, seed),
-        Poses::Network(proposer, turn_rad) => {
-            network_pose::candidates(stack, &site.settings, site.model, (*proposer, *turn_rad), window)
-        }
+        Poses::Network(proposer, turn_rad) => network_pose::candidates(
+            stack,
+            &site.settings,
+            site.model,
+            (*proposer, *turn_rad),
+            window,
+        ),
         Poses::Search(attitudes) => attitudes.candidates(stack, &site.settings, site.model, window),
     };
     search::best(site, stack, &found, round)
@@ -140,17 +161,30 @@ pub(crate) struct Dropped<'a> {
 }
 
 /// Drops a block and judges it.
-pub(crate) fn attempt(site: &Site, stack: &Stack, drop: &Pose, limit_m: f32, round: u32) -> Placement {
+pub(crate) fn attempt(
+    site: &Site,
+    stack: &Stack,
+    drop: &Pose,
+    limit_m: f32,
+    round: u32,
+) -> Placement {
     dropped(site, stack, drop, limit_m, round).shaken(site)
 }
 
 /// Drops a block and judges all but the shake, which costs as much as the drop.
-pub(crate) fn dropped<'a>(site: &'a Site, stack: &Stack, drop: &Pose, limit_m: f32, round: u32) -> Dropped<'a> {
+pub(crate) fn dropped<'a>(
+    site: &'a Site,
+    stack: &Stack,
+    drop: &Pose,
+    limit_m: f32,
+    round: u32,
+) -> Dropped<'a> {
     let mut falling = Drop::new(stack, &site.settings, site.model, drop);
     // What has rolled over the boundary does not roll back.
     let lost = |centre: Vec3| !stack.design_level_m(centre.x, centre.y).is_finite();
     let trial = falling.settle(limit_m, &lost);
-    let (state, impact) = acceptance::judge(stack, &site.settings, site.reach.as_ref(), site.model, limit_m, &trial);
+    let (state, impact) =
+        acceptance::judge(stack, &site.settings, site.reach.as_ref(), site.model, limit_m, &trial);
     let placement = Placement {
         order: 0,
         round,
@@ -167,7 +201,9 @@ pub(crate) fn dropped<'a>(site: &'a Site, stack: &Stack, drop: &Pose, limit_m: f
 impl Dropped<'_> {
     /// The verdict with the shake, which only what has passed everything else is asked.
     pub fn shaken(mut self, site: &Site) -> Placement {
-        if self.placement.state == PlacementState::Kept && self.world.shake() > site.settings.shake_limit_m {
+        if self.placement.state == PlacementState::Kept
+            && self.world.shake() > site.settings.shake_limit_m
+        {
             self.placement.state = PlacementState::Unstable;
         }
         self.placement

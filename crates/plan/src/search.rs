@@ -26,7 +26,12 @@ impl Attitudes {
     pub fn new(model: &BlockModel, settings: &Settings, seed: SeedTree) -> Self {
         let turn = attitudes::random(&mut seed.rng());
         let set = attitudes::spread(settings.search.attitudes as usize, &model.symmetry);
-        Self { silhouettes: set.into_iter().map(|q| Silhouette::new(model, turn * q, settings.cell_m)).collect() }
+        Self {
+            silhouettes: set
+                .into_iter()
+                .map(|q| Silhouette::new(model, turn * q, settings.cell_m))
+                .collect(),
+        }
     }
 }
 
@@ -63,11 +68,29 @@ pub(crate) fn reach_cells(settings: &Settings) -> usize {
 
 impl Attitudes {
     /// The best poses of a window among every attitude at every position.
-    pub fn candidates(&self, stack: &Stack, settings: &Settings, model: ModelId, window: &Window) -> Vec<Candidate> {
+    pub fn candidates(
+        &self,
+        stack: &Stack,
+        settings: &Settings,
+        model: ModelId,
+        window: &Window,
+    ) -> Vec<Candidate> {
         let reach = reach_cells(settings);
-        let everywhere = Places { x: 0..=2 * reach, y: 0..=2 * reach, step: settings.search.step_cells as usize };
+        let everywhere = Places {
+            x: 0..=2 * reach,
+            y: 0..=2 * reach,
+            step: settings.search.step_cells as usize,
+        };
         let verify = settings.search.verify as usize;
-        candidates(stack, settings, model, &self.silhouettes, |_| everywhere.clone(), verify, window)
+        candidates(
+            stack,
+            settings,
+            model,
+            &self.silhouettes,
+            |_| everywhere.clone(),
+            verify,
+            window,
+        )
     }
 }
 
@@ -84,7 +107,9 @@ pub(crate) fn candidates(
     let block = stack.catalog.get(model);
     let Some(half) = silhouettes.first().map(|s| s.half) else { return Vec::new() };
     let reach = reach_cells(settings);
-    let Some(patch) = Patch::around(stack, settings, window.centre, half + reach) else { return Vec::new() };
+    let Some(patch) = Patch::around(stack, settings, window.centre, half + reach) else {
+        return Vec::new();
+    };
     // It settles a little deeper than where it first touches.
     let allowed_m = settings.overflow_m + 0.05 * block.d_box_m;
     let mut lowest = Lowest::new(64 * verify, allowed_m);
@@ -170,15 +195,20 @@ impl Lowest {
 }
 
 /// The first few that differ from all before them by a position or an attitude.
-fn distinct(scored: Vec<Candidate>, block: &BlockModel, silhouettes: &[Silhouette], verify: usize) -> Vec<Candidate> {
+fn distinct(
+    scored: Vec<Candidate>,
+    block: &BlockModel,
+    silhouettes: &[Silhouette],
+    verify: usize,
+) -> Vec<Candidate> {
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in scored {
         let differs = kept.iter().all(|k| {
             (k.centre - candidate.centre).length() > 0.1 * block.d_box_m
-                || block
-                    .symmetry
-                    .rotation_error_rad(silhouettes[k.attitude].rotation, silhouettes[candidate.attitude].rotation)
-                    > 0.5
+                || block.symmetry.rotation_error_rad(
+                    silhouettes[k.attitude].rotation,
+                    silhouettes[candidate.attitude].rotation,
+                ) > 0.5
         });
         if differs {
             kept.push(candidate);
@@ -200,8 +230,12 @@ pub(crate) fn best(site: &Site, stack: &Stack, found: &[Candidate], round: u32) 
     let mut failed: Vec<(usize, Placement)> = Vec::new();
     let mut resting = Vec::new();
     for (number, candidate) in found.iter().enumerate() {
-        let drop = Pose::from_parts(candidate.pose.translation + Vec3::Z * clearance_m, candidate.pose.rotation);
-        let dropped = rounds::dropped(site, stack, &drop, site.settings.displacement_limit_m, round);
+        let drop = Pose::from_parts(
+            candidate.pose.translation + Vec3::Z * clearance_m,
+            candidate.pose.rotation,
+        );
+        let dropped =
+            rounds::dropped(site, stack, &drop, site.settings.displacement_limit_m, round);
         if dropped.placement.state != PlacementState::Kept {
             failed.push((number, dropped.placement));
             continue;
@@ -209,7 +243,9 @@ pub(crate) fn best(site: &Site, stack: &Stack, found: &[Candidate], round: u32) 
         let above_m = acceptance::above_design_m(stack, dropped.placement.rest * block.centre);
         let impact = dropped.impact;
         let cost = above_m
-            + (weights.trapped_weight * impact.raised_m3 + weights.protrusion_weight * impact.protruding_m3) / area;
+            + (weights.trapped_weight * impact.raised_m3
+                + weights.protrusion_weight * impact.protruding_m3)
+                / area;
         resting.push((cost, number, dropped));
     }
     resting.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -234,7 +270,11 @@ impl Patch {
         for j in 0..side {
             for i in 0..side {
                 let (x, y) = (x0 + i as isize, y0 + j as isize);
-                if x < 0 || y < 0 || x >= stack.surface.nx as isize || y >= stack.surface.ny as isize {
+                if x < 0
+                    || y < 0
+                    || x >= stack.surface.nx as isize
+                    || y >= stack.surface.ny as isize
+                {
                     continue;
                 }
                 let level = stack.design.at(x as usize, y as usize);
@@ -248,7 +288,13 @@ impl Patch {
     }
 
     /// Height at which the silhouette with its corner at (px, py) stops; `None` above `limit_m` or over the boundary.
-    fn contact_m(&self, silhouette: &Silhouette, px: usize, py: usize, limit_m: f32) -> Option<f32> {
+    fn contact_m(
+        &self,
+        silhouette: &Silhouette,
+        px: usize,
+        py: usize,
+        limit_m: f32,
+    ) -> Option<f32> {
         let mut z = f32::NEG_INFINITY;
         // A quarter of the rows nearly always shows that a pose is too high.
         for first in [0, 2, 1, 3] {
@@ -261,13 +307,20 @@ impl Patch {
     }
 
     /// The same for every fourth row from `first`.
-    fn contact_of_rows_m(&self, silhouette: &Silhouette, px: usize, py: usize, first: usize) -> f32 {
+    fn contact_of_rows_m(
+        &self,
+        silhouette: &Silhouette,
+        px: usize,
+        py: usize,
+        first: usize,
+    ) -> f32 {
         let side = silhouette.side();
         let mut highest = [f32::NEG_INFINITY; 4];
         for (j, &(start, end)) in silhouette.rows.iter().enumerate().skip(first).step_by(4) {
             let from = (py + j) * self.side + px;
             let (surface4, surface_rest) = self.surface[from + start..from + end].as_chunks::<4>();
-            let (under4, under_rest) = silhouette.under[j * side + start..j * side + end].as_chunks::<4>();
+            let (under4, under_rest) =
+                silhouette.under[j * side + start..j * side + end].as_chunks::<4>();
             for (s, u) in surface4.iter().zip(under4) {
                 for lane in 0..4 {
                     let gap = s[lane] - u[lane];
@@ -316,21 +369,28 @@ impl Patch {
                     protruding += (z + top - design.max(self.surface[at])).max(0.0);
                 }
                 if gap < near_m {
-                    contacts.push(Vec2::new(i as f32 - silhouette.half as f32, j as f32 - silhouette.half as f32));
+                    contacts.push(Vec2::new(
+                        i as f32 - silhouette.half as f32,
+                        j as f32 - silhouette.half as f32,
+                    ));
                 }
             }
         }
         let area = settings.cell_m * settings.cell_m / block.volume_m3.powf(2.0 / 3.0);
         let tips = if surrounds(&contacts) { 0.0 } else { 0.15 * block.d_box_m };
-        settings.search.trapped_weight * trapped * area + settings.search.protrusion_weight * protruding * area + tips
+        settings.search.trapped_weight * trapped * area
+            + settings.search.protrusion_weight * protruding * area
+            + tips
     }
 }
 
 /// Whether the points surround the origin: no half-plane through it is free of them.
 fn surrounds(points: &[Vec2]) -> bool {
-    let mut angles: Vec<f32> = points.iter().filter(|p| p.length_squared() > 1.0).map(|p| p.y.atan2(p.x)).collect();
+    let mut angles: Vec<f32> =
+        points.iter().filter(|p| p.length_squared() > 1.0).map(|p| p.y.atan2(p.x)).collect();
     angles.sort_by(f32::total_cmp);
     let Some((&first, &last)) = angles.first().zip(angles.last()) else { return false };
-    let widest = angles.windows(2).map(|w| w[1] - w[0]).fold(first + std::f32::consts::TAU - last, f32::max);
+    let widest =
+        angles.windows(2).map(|w| w[1] - w[0]).fold(first + std::f32::consts::TAU - last, f32::max);
     widest < 0.95 * std::f32::consts::PI
 }

@@ -26,7 +26,8 @@ impl Silhouette {
         let half = (model.d_max_m / cell_m).ceil() as usize;
         let edge = (half as f32 + 0.5) * cell_m;
         let square = HeightMap::empty(Vec2::splat(-edge), Vec2::splat(edge), cell_m);
-        let (top, under) = square.top_and_underside(&model.mesh, &pose_at(model, rotation, Vec3::ZERO));
+        let (top, under) =
+            square.top_and_underside(&model.mesh, &pose_at(model, rotation, Vec3::ZERO));
         let side = 2 * half + 1;
         let rows = (0..side)
             .map(|iy| {
@@ -36,8 +37,16 @@ impl Silhouette {
                 (first, end)
             })
             .collect();
-        let fill = |map: HeightMap, z: f32| map.z_m.iter().map(|&v| if v.is_nan() { z } else { v }).collect();
-        Self { rotation, half, rows, under: fill(under, f32::INFINITY), top: fill(top, f32::NEG_INFINITY) }
+        let fill = |map: HeightMap, z: f32| {
+            map.z_m.iter().map(|&v| if v.is_nan() { z } else { v }).collect()
+        };
+        Self {
+            rotation,
+            half,
+            rows,
+            under: fill(under, f32::INFINITY),
+            top: fill(top, f32::NEG_INFINITY),
+        }
     }
 
     /// Cells along an edge of the square.
@@ -52,15 +61,26 @@ pub(crate) fn pose_at(model: &BlockModel, rotation: Quat, centre: Vec3) -> Pose 
 }
 
 /// Height at which the centre of mass stops when the block is lowered at (x, y) onto the surface; `None` off the map.
-pub(crate) fn lowered_height_m(surface: &HeightMap, model: &BlockModel, rotation: Quat, x: f32, y: f32) -> Option<f32> {
+pub(crate) fn lowered_height_m(
+    surface: &HeightMap,
+    model: &BlockModel,
+    rotation: Quat,
+    x: f32,
+    y: f32,
+) -> Option<f32> {
     let rect = surface.rect_around(x, y, model.d_max_m + surface.cell_m);
     if rect.area() == 0 {
         return None;
     }
     let first = surface.centre(rect.x0, rect.y0);
     let (nx, ny) = (rect.x1 - rect.x0, rect.y1 - rect.y0);
-    let mut under =
-        HeightMap { origin: [first.x, first.y], cell_m: surface.cell_m, nx, ny, z_m: vec![f32::NAN; nx * ny] };
+    let mut under = HeightMap {
+        origin: [first.x, first.y],
+        cell_m: surface.cell_m,
+        nx,
+        ny,
+        z_m: vec![f32::NAN; nx * ny],
+    };
     under.lower(&model.mesh, &pose_at(model, rotation, Vec3::new(x, y, 0.0)));
     let mut height = f32::NEG_INFINITY;
     for iy in 0..ny {

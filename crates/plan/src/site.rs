@@ -65,7 +65,8 @@ pub(crate) fn prepare<'a>(
     let margin_m = block.d_box_m;
     let [low, high] = input.design.extent();
     let cells_along = |axis: usize| {
-        ((high[axis] - low[axis] + 2.0 * f64::from(margin_m)) / f64::from(settings.cell_m)).max(1.0) as u64
+        ((high[axis] - low[axis] + 2.0 * f64::from(margin_m)) / f64::from(settings.cell_m)).max(1.0)
+            as u64
     };
     let cells = cells_along(0).saturating_mul(cells_along(1));
     if cells > MOST_CELLS {
@@ -76,8 +77,10 @@ pub(crate) fn prepare<'a>(
         return Err(PlanError::NoWorks { cell_m: settings.cell_m });
     }
     check_place(input)?;
-    let shapes = input.catalog.iter().map(|(_, m)| BlockShape::new(m)).collect::<Result<Vec<_>, _>>()?;
-    let warn = |message: String| observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
+    let shapes =
+        input.catalog.iter().map(|(_, m)| BlockShape::new(m)).collect::<Result<Vec<_>, _>>()?;
+    let warn =
+        |message: String| observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
     if input.scene.blocks.is_empty() {
         warn(
             "no blocks were recognised: the plan builds on the bare ground; check the recognition before you use it"
@@ -97,7 +100,9 @@ pub(crate) fn prepare<'a>(
             let turn_rad = seed.child("turn", 0).rng().random::<f32>() * std::f32::consts::TAU;
             Poses::Network(input.proposer.ok_or(PlanError::NoPlacementModel)?, turn_rad)
         }
-        Policy::Search => Poses::Search(Attitudes::new(block, &settings, seed.child("attitudes", 0))),
+        Policy::Search => {
+            Poses::Search(Attitudes::new(block, &settings, seed.child("attitudes", 0)))
+        }
     };
     let reach = config.crane.as_ref().map(|c| c.reach(block.mass_kg(), input.frame)).transpose()?;
     let walls = if settings.walls { walls(input)? } else { Vec::new() };
@@ -136,7 +141,8 @@ pub fn block_to_place(input: &PlanInput, config: &PlanConfig) -> Result<ModelId,
         });
     }
     let count = |id: ModelId| input.scene.blocks.iter().filter(|b| b.model == id).count();
-    let most = input.catalog.iter().map(|(id, _)| id).max_by_key(|&id| (count(id), std::cmp::Reverse(id)));
+    let most =
+        input.catalog.iter().map(|(id, _)| id).max_by_key(|&id| (count(id), std::cmp::Reverse(id)));
     Ok(most.expect("the catalogue is not empty"))
 }
 
@@ -151,7 +157,11 @@ fn check_place(input: &PlanInput) -> Result<(), PlanError> {
     let nearest = input.scene.blocks.iter().map(away).fold(f64::INFINITY, f64::min);
     let limit = 10.0 * f64::from(input.catalog.d_max_m());
     if nearest.is_finite() && nearest > limit {
-        let crs = if input.frame.crs.is_empty() { "local coordinates".into() } else { input.frame.crs.clone() };
+        let crs = if input.frame.crs.is_empty() {
+            "local coordinates".into()
+        } else {
+            input.frame.crs.clone()
+        };
         return Err(PlanError::DesignElsewhere { away_m: nearest, crs });
     }
     Ok(())
@@ -165,14 +175,22 @@ fn overlaps(input: &PlanInput, shapes: &[BlockShape], settings: &Settings) -> (u
         .blocks
         .iter()
         .chain(input.placed)
-        .map(|b| (world.add_fixed(&shapes[b.model.0 as usize], &b.site_from_block), input.catalog.get(b.model).d_box_m))
+        .map(|b| {
+            (
+                world.add_fixed(&shapes[b.model.0 as usize], &b.site_from_block),
+                input.catalog.get(b.model).d_box_m,
+            )
+        })
         .collect();
     let (mut pairs, mut deepest) = (0, 0.0_f32);
     for (id, d_box_m) in ids {
         let mut with: Vec<_> = world
             .contacts(id)
             .into_iter()
-            .filter(|c| c.depth_m > 0.1 * d_box_m && matches!(c.other, sim::Touched::Block(other) if other > id))
+            .filter(|c| {
+                c.depth_m > 0.1 * d_box_m
+                    && matches!(c.other, sim::Touched::Block(other) if other > id)
+            })
             .inspect(|c| deepest = deepest.max(c.depth_m))
             .map(|c| c.other)
             .collect();
@@ -184,12 +202,16 @@ fn overlaps(input: &PlanInput, shapes: &[BlockShape], settings: &Settings) -> (u
 
 /// Inward half-spaces of a convex boundary.
 fn walls(input: &PlanInput) -> Result<Vec<(Vec3, Vec3)>, PlanError> {
-    let (DesignSurface::Level { boundary, .. } | DesignSurface::Planes { boundary, .. }) = input.design else {
+    let (DesignSurface::Level { boundary, .. } | DesignSurface::Planes { boundary, .. }) =
+        input.design
+    else {
         return Err(PlanError::WallsNeedConvexBoundary);
     };
     let corners: Vec<Vec2> = boundary
         .iter()
-        .map(|p| Vec2::new((p[0] - input.frame.origin[0]) as f32, (p[1] - input.frame.origin[1]) as f32))
+        .map(|p| {
+            Vec2::new((p[0] - input.frame.origin[0]) as f32, (p[1] - input.frame.origin[1]) as f32)
+        })
         .collect();
     let n = corners.len();
     let turn = |i: usize| {

@@ -28,9 +28,15 @@ pub(crate) struct Stack<'a> {
 }
 
 /// The map that covers the works with a margin, holding the design's heights.
-pub(crate) fn design_map(design: &DesignSurface, frame: &SiteFrame, cell_m: f32, margin_m: f32) -> HeightMap {
+pub(crate) fn design_map(
+    design: &DesignSurface,
+    frame: &SiteFrame,
+    cell_m: f32,
+    margin_m: f32,
+) -> HeightMap {
     let [low, high] = design.extent();
-    let local = |p: [f64; 2]| Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32);
+    let local =
+        |p: [f64; 2]| Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32);
     let mut map = HeightMap::empty(local(low) - margin_m, local(high) + margin_m, cell_m);
     map.fill_with(|x, y| level_m(design, frame, x, y));
     map
@@ -128,7 +134,9 @@ impl<'a> Stack<'a> {
     pub fn last_change(&self, x: f32, y: f32, half_m: f32) -> u32 {
         let rect = self.surface.rect_around(x, y, half_m);
         (rect.y0..rect.y1)
-            .flat_map(|iy| self.changed[iy * self.surface.nx + rect.x0..iy * self.surface.nx + rect.x1].iter())
+            .flat_map(|iy| {
+                self.changed[iy * self.surface.nx + rect.x0..iy * self.surface.nx + rect.x1].iter()
+            })
             .fold(0, |a, &b| a.max(b))
     }
 }
@@ -151,7 +159,9 @@ impl Buckets {
 
     /// Places outside go to the border squares, so nothing is ever lost.
     fn square(&self, x: f32, y: f32) -> (usize, usize) {
-        let axis = |v: f32, o: f32, n: usize| (((v - o) / self.edge_m).floor().clamp(0.0, (n - 1) as f32)) as usize;
+        let axis = |v: f32, o: f32, n: usize| {
+            (((v - o) / self.edge_m).floor().clamp(0.0, (n - 1) as f32)) as usize
+        };
         (axis(x, self.origin[0], self.nx), axis(y, self.origin[1], self.ny))
     }
 
@@ -163,6 +173,8 @@ impl Buckets {
     fn around(&self, x: f32, y: f32, radius_m: f32) -> impl Iterator<Item = usize> + '_ {
         let (i0, j0) = self.square(x - radius_m, y - radius_m);
         let (i1, j1) = self.square(x + radius_m, y + radius_m);
-        (j0..=j1).flat_map(move |j| (i0..=i1).flat_map(move |i| self.held[j * self.nx + i].iter().copied()))
+        (j0..=j1).flat_map(move |j| {
+            (i0..=i1).flat_map(move |i| self.held[j * self.nx + i].iter().copied())
+        })
     }
 }

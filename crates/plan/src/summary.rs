@@ -11,7 +11,10 @@ pub(crate) struct Before {
 }
 
 pub(crate) fn before(stack: &Stack) -> Before {
-    Before { surface: stack.surface.clone(), void_m3: windows::void_m3(&stack.surface, &stack.design) }
+    Before {
+        surface: stack.surface.clone(),
+        void_m3: windows::void_m3(&stack.surface, &stack.design),
+    }
 }
 
 /// All figures, from the stack as it stands after planning.
@@ -42,7 +45,8 @@ pub(crate) fn summary(
     let count = |state: PlacementState| removed.iter().filter(|p| p.state == state).count() as u32;
     let solids = placements.iter().map(|p| (&block.mesh, p.rest));
     let rasterised_m3 = porosity::rasterised_volume_m3(solids, stack.surface.cell_m);
-    let porosity_of = |concrete: f64| if bulk_m3 > 0.0 { (1.0 - concrete / bulk_m3) as f32 } else { 0.0 };
+    let porosity_of =
+        |concrete: f64| if bulk_m3 > 0.0 { (1.0 - concrete / bulk_m3) as f32 } else { 0.0 };
     let concrete_m3 = placements.len() as f32 * block.volume_m3;
     PlanSummary {
         rounds: placements.iter().chain(removed).map(|p| p.round).max().unwrap_or(0),

@@ -68,7 +68,9 @@ pub fn surfaces(input: &SurfacesInput) -> Surfaces {
     let [low, high] = input.design.extent();
     let area = (high[0] - low[0]) * (high[1] - low[1]);
     let cell_m = (block_m / CELLS_PER_BLOCK).max((area.max(0.0) / MOST_CELLS).sqrt() as f32);
-    let local = |p: [f64; 2]| Vec2::new((p[0] - input.frame.origin[0]) as f32, (p[1] - input.frame.origin[1]) as f32);
+    let local = |p: [f64; 2]| {
+        Vec2::new((p[0] - input.frame.origin[0]) as f32, (p[1] - input.frame.origin[1]) as f32)
+    };
     let empty = HeightMap::empty(local(low) - block_m, local(high) + block_m, cell_m);
 
     let mut design = empty.clone();
@@ -141,7 +143,10 @@ fn cut(
     let origin = input.frame.origin;
     // Offsets grow to the right, as one reads a section looking along the works.
     let place = |offset: f64| {
-        Vec2::new((at[0] - left[0] * offset - origin[0]) as f32, (at[1] - left[1] * offset - origin[1]) as f32)
+        Vec2::new(
+            (at[0] - left[0] * offset - origin[0]) as f32,
+            (at[1] - left[1] * offset - origin[1]) as f32,
+        )
     };
     let cells = ((left_m + right_m) / f64::from(surfaces.design.cell_m)).ceil().max(1.0) as usize;
     let offsets = || (0..=cells).map(|i| -left_m + (left_m + right_m) * i as f64 / cells as f64);
@@ -207,7 +212,9 @@ pub fn design_lines(design: &DesignSurface, frame: &SiteFrame) -> Vec<(bool, Vec
             ];
             edges
                 .into_iter()
-                .map(|(o, z)| (false, beside(alignment, o).into_iter().map(|p| point(p, z)).collect()))
+                .map(|(o, z)| {
+                    (false, beside(alignment, o).into_iter().map(|p| point(p, z)).collect())
+                })
                 .collect()
         }
         DesignSurface::Level { boundary, level_m } => {
@@ -230,7 +237,9 @@ fn ring(design: &DesignSurface, frame: &SiteFrame, boundary: &[[f64; 2]]) -> Vec
         .iter()
         .filter_map(|p| {
             let q = inwards(p);
-            design.level_at(q[0], q[1]).map(|z| frame.local_from_site(geom::DVec3::new(p[0], p[1], z)))
+            design
+                .level_at(q[0], q[1])
+                .map(|z| frame.local_from_site(geom::DVec3::new(p[0], p[1], z)))
         })
         .collect()
 }
@@ -273,7 +282,11 @@ fn place_on(line: &[[f64; 2]], chainage_m: f64) -> Option<([f64; 2], [f64; 2])> 
 /// The next of 1, 2, 5, 10, 20 …
 fn round_up(v: f64) -> f64 {
     let power = 10_f64.powf(v.max(1e-6).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= v * 0.999_999).unwrap_or(10.0 * power)
+    [1.0, 2.0, 5.0, 10.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|s| *s >= v * 0.999_999)
+        .unwrap_or(10.0 * power)
 }
 
 #[cfg(test)]
@@ -297,10 +310,16 @@ mod tests {
     fn sections_show_design_survey_and_plan() {
         let design = breakwater();
         let frame = SiteFrame { origin: [1000.0, 2000.0, 0.5], ..SiteFrame::default() };
-        let catalog = Catalog::new(vec![blocks::shape_model("cube", Shape::Cube { size: 2.0 }, 2300.0).unwrap()]);
+        let catalog = Catalog::new(vec![
+            blocks::shape_model("cube", Shape::Cube { size: 2.0 }, 2300.0).unwrap(),
+        ]);
         let cloud = PointCloud::from_positions(
             (0..400)
-                .flat_map(|i| (0..300).map(move |j| Vec3::new(-2.0 + i as f32 * 0.05, -11.0 + j as f32 * 0.07, 1.5)))
+                .flat_map(|i| {
+                    (0..300).map(move |j| {
+                        Vec3::new(-2.0 + i as f32 * 0.05, -11.0 + j as f32 * 0.07, 1.5)
+                    })
+                })
                 .collect(),
         );
         let rest = Pose::from_parts(Vec3::new(6.0, 0.0, 2.5), Quat::IDENTITY);
@@ -314,7 +333,11 @@ mod tests {
             contacts: 1,
             state: PlacementState::Kept,
         };
-        let plan = Plan { placements: vec![placement], removed: Vec::new(), summary: PlanSummary::default() };
+        let plan = Plan {
+            placements: vec![placement],
+            removed: Vec::new(),
+            summary: PlanSummary::default(),
+        };
         let ground = Ground::Level { z_m: 0.0 };
         let input = SurfacesInput {
             cloud: &cloud,
@@ -326,18 +349,30 @@ mod tests {
         };
         let surfaces = surfaces(&input);
         let cuts = cross_sections(&input, &surfaces);
-        assert_eq!(cuts.iter().map(|c| c.chainage_m).collect::<Vec<_>>(), [2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]);
+        assert_eq!(
+            cuts.iter().map(|c| c.chainage_m).collect::<Vec<_>>(),
+            [2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]
+        );
 
         let at = |line: &[[f32; 2]], offset: f32| {
-            line.iter().min_by(|a, b| (a[0] - offset).abs().total_cmp(&(b[0] - offset).abs())).unwrap()[1]
+            line.iter()
+                .min_by(|a, b| (a[0] - offset).abs().total_cmp(&(b[0] - offset).abs()))
+                .unwrap()[1]
         };
         let c = &cuts[2];
-        assert!((c.from_offset_m + 8.0).abs() < 1e-5 && (c.design.last().unwrap()[0] - 10.0).abs() < 1e-4);
+        assert!(
+            (c.from_offset_m + 8.0).abs() < 1e-5
+                && (c.design.last().unwrap()[0] - 10.0).abs() < 1e-4
+        );
         assert_eq!(at(&c.design, 0.0), 5.0);
         // Right of an alignment that runs east is south, where the slope is 1:2.
-        assert!((at(&c.design, 4.0) - 4.0).abs() < 0.06 && (at(&c.design, -5.0) - 3.0).abs() < 0.06);
+        assert!(
+            (at(&c.design, 4.0) - 4.0).abs() < 0.06 && (at(&c.design, -5.0) - 3.0).abs() < 0.06
+        );
         assert!((at(&c.as_surveyed, 0.0) - 2.0).abs() < 1e-5);
-        assert!((at(&c.planned, 0.0) - 4.0).abs() < 1e-5 && (at(&c.planned, 3.0) - 2.0).abs() < 1e-5);
+        assert!(
+            (at(&c.planned, 0.0) - 4.0).abs() < 1e-5 && (at(&c.planned, 3.0) - 2.0).abs() < 1e-5
+        );
         assert!((at(&c.ground, 0.0) - 0.5).abs() < 1e-6);
 
         let middle = surfaces.design.cell_of(6.0, 0.0).unwrap();
@@ -345,7 +380,9 @@ mod tests {
         assert!((surfaces.deficit_after().at(middle.0, middle.1) - 1.0).abs() < 1e-5);
         let deficits = point_deficits_m(&input);
         assert_eq!(deficits.len(), cloud.len());
-        assert!(deficits.iter().any(|d| (d - 3.0).abs() < 1e-5) && deficits.iter().any(|d| d.is_nan()));
+        assert!(
+            deficits.iter().any(|d| (d - 3.0).abs() < 1e-5) && deficits.iter().any(|d| d.is_nan())
+        );
     }
 
     #[test]

@@ -68,7 +68,14 @@ impl<'a> Drop<'a> {
         let start = self.pose() * self.centre;
         let (at_rest, displaced_m) = self.run(self.settings.drop_time_s, start, limit_m, lost);
         let (contacts, on_ground) = if at_rest { self.contacts() } else { (0, false) };
-        Trial { rest: self.pose(), at_rest, displaced_m, contacts, on_ground, pushed_m: self.pushed_m() }
+        Trial {
+            rest: self.pose(),
+            at_rest,
+            displaced_m,
+            contacts,
+            on_ground,
+            pushed_m: self.pushed_m(),
+        }
     }
 
     /// Pushes the resting block three ways; the largest distance its centre moves from where it rested.
@@ -93,9 +100,16 @@ impl<'a> Drop<'a> {
     }
 
     /// Steps until rest, the time limit or the distance limit.
-    fn run(&mut self, time_s: f32, start: Vec3, limit_m: f32, lost: &dyn Fn(Vec3) -> bool) -> (bool, f32) {
+    fn run(
+        &mut self,
+        time_s: f32,
+        start: Vec3,
+        limit_m: f32,
+        lost: &dyn Fn(Vec3) -> bool,
+    ) -> (bool, f32) {
         let step_s = self.world.step_s();
-        let rest_steps = (self.settings.physics.rest_time_s * self.time_scale() / step_s).ceil() as u32;
+        let rest_steps =
+            (self.settings.physics.rest_time_s * self.time_scale() / step_s).ceil() as u32;
         let rest_speed = self.settings.physics.rest_speed_m_s * self.time_scale();
         let (mut still, mut displaced_m) = (0, 0.0_f32);
         for _ in 0..(time_s / step_s).ceil() as u32 {
@@ -121,7 +135,8 @@ impl<'a> Drop<'a> {
     }
 
     fn contacts(&self) -> (u32, bool) {
-        let mut touched: Vec<Touched> = self.world.contacts(self.body).iter().map(|c| c.other).collect();
+        let mut touched: Vec<Touched> =
+            self.world.contacts(self.body).iter().map(|c| c.other).collect();
         touched.sort_unstable();
         touched.dedup();
         let count = touched.iter().filter(|t| **t != Touched::Wall).count() as u32;

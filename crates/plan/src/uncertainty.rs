@@ -98,11 +98,16 @@ pub fn uncertainty(
     observer: &dyn Observer,
 ) -> Result<Uncertainty, PlanError> {
     if study.seeds == 0 {
-        return Err(PlanError::BadSetting { key: "uncertainty.seeds", value: 0.0, why: "it must be at least 1" });
+        return Err(PlanError::BadSetting {
+            key: "uncertainty.seeds",
+            value: 0.0,
+            why: "it must be at least 1",
+        });
     }
     let prepared = site::prepare(input, config, seed, observer)?;
     let settings = &prepared.settings;
-    let or_own = |given: &[f32], own: f32| if given.is_empty() { vec![own] } else { given.to_vec() };
+    let or_own =
+        |given: &[f32], own: f32| if given.is_empty() { vec![own] } else { given.to_vec() };
     let volumes = or_own(&study.minimum_volume_m3, settings.minimum_volume_m3);
     let overflows = or_own(&study.overflow_m, settings.overflow_m);
     let total = volumes.len() * overflows.len() * study.seeds as usize;
@@ -115,13 +120,22 @@ pub fn uncertainty(
                 return Err(PlanError::Cancelled);
             }
             // The first is the plan that is carried out: its own count belongs in the range.
-            let child = if number == 0 { seed } else { seed.child("uncertainty", u64::from(number)) };
-            for (column, of) in plans_over_volumes(input, &varied, &volumes, child, &Silent)?.into_iter().enumerate() {
-                let place = (column * overflows.len() + row) * study.seeds as usize + number as usize;
+            let child =
+                if number == 0 { seed } else { seed.child("uncertainty", u64::from(number)) };
+            for (column, of) in plans_over_volumes(input, &varied, &volumes, child, &Silent)?
+                .into_iter()
+                .enumerate()
+            {
+                let place =
+                    (column * overflows.len() + row) * study.seeds as usize + number as usize;
                 let (v, summary) = (of.minimum_volume_m3, of.plan.summary);
-                cases.push((place, Case { minimum_volume_m3: v, overflow_m: f, seed: number, summary }));
+                cases.push((
+                    place,
+                    Case { minimum_volume_m3: v, overflow_m: f, seed: number, summary },
+                ));
             }
-            observer.event(geom::Event::Advanced { stage: "uncertainty", done: cases.len() as u64 });
+            observer
+                .event(geom::Event::Advanced { stage: "uncertainty", done: cases.len() as u64 });
         }
     }
     cases.sort_by_key(|(place, _)| *place);
@@ -139,7 +153,8 @@ pub fn uncertainty(
         by_thresholds,
         by_layers: phi * median.area_m2 * volume_m3.powf(-2.0 / 3.0),
         by_volume: median.void_before_m3 * solid / volume_m3,
-        by_own_porosity: (median.void_before_m3 - median.void_after_m3) * (1.0 - median.porosity) / volume_m3,
+        by_own_porosity: (median.void_before_m3 - median.void_after_m3) * (1.0 - median.porosity)
+            / volume_m3,
         cases,
     })
 }

@@ -42,7 +42,8 @@ pub fn plans_over_volumes(
         let (now, later) = left.split_at(1 + same);
         for &i in now {
             let minimum_volume_m3 = volumes_m3[i];
-            let larger = filled.tried.iter().filter(|(_, deficit_m3)| *deficit_m3 > minimum_volume_m3);
+            let larger =
+                filled.tried.iter().filter(|(_, deficit_m3)| *deficit_m3 > minimum_volume_m3);
             let plan = finished(&site, &stack, &before, larger.map(|(p, _)| p.clone()).collect());
             plans[i] = Some(OfVolume { minimum_volume_m3, plan, made: i == first });
         }

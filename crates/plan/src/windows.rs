@@ -32,7 +32,9 @@ pub fn detect(
     for y0 in (0..=surface.ny - size).step_by(stride) {
         for x0 in (0..=surface.nx - size).step_by(stride) {
             let cells = CellRect { x0, x1: x0 + size, y0, y1: y0 + size };
-            let centre = (surface.centre(cells.x0, cells.y0) + surface.centre(cells.x1 - 1, cells.y1 - 1)) * 0.5;
+            let centre = (surface.centre(cells.x0, cells.y0)
+                + surface.centre(cells.x1 - 1, cells.y1 - 1))
+                * 0.5;
             let inside = design.at(x0 + size / 2, y0 + size / 2).is_finite();
             let deficit_m3 = summed.over(&cells) as f32;
             let window = Window { cells, centre, deficit_m3 };
@@ -61,8 +63,12 @@ pub fn suppress(mut windows: Vec<Window>, iou: f32) -> Vec<Window> {
     for window in windows {
         let size = (window.cells.x1 - window.cells.x0).max(1);
         let (bx, by) = (window.cells.x0 / size, window.cells.y0 / size);
-        let near = (bx.saturating_sub(1)..=bx + 1).flat_map(|x| (by.saturating_sub(1)..=by + 1).map(move |y| (x, y)));
-        let covered = near.filter_map(|b| buckets.get(&b)).flatten().any(|&k| kept[k].cells.iou(&window.cells) >= iou);
+        let near = (bx.saturating_sub(1)..=bx + 1)
+            .flat_map(|x| (by.saturating_sub(1)..=by + 1).map(move |y| (x, y)));
+        let covered = near
+            .filter_map(|b| buckets.get(&b))
+            .flatten()
+            .any(|&k| kept[k].cells.iou(&window.cells) >= iou);
         if !covered {
             buckets.entry((bx, by)).or_default().push(kept.len());
             kept.push(window);
@@ -83,7 +89,9 @@ pub fn cell_deficit_m3(surface: &HeightMap, design: &HeightMap, cell: usize) -> 
 
 /// Sum of the cells' positive deficits, m³: the void below the design.
 pub fn void_m3(surface: &HeightMap, design: &HeightMap) -> f32 {
-    (0..surface.z_m.len()).map(|c| f64::from(cell_deficit_m3(surface, design, c).max(0.0))).sum::<f64>() as f32
+    (0..surface.z_m.len())
+        .map(|c| f64::from(cell_deficit_m3(surface, design, c).max(0.0)))
+        .sum::<f64>() as f32
 }
 
 /// A summed-area table: any rectangle's sum in four look-ups.

@@ -1,6 +1,6 @@
 //! Precision, recall, errors and time of the pose stage on synthetic scenes (docs/bench/poses.md).
 //!
-//! `cargo run --release -p tsumu-pose --example bench_poses -- SHAPES NOISE_M DENSITY SCENES SEGMENTS [KEY=VALUE …]`
+//! `cargo run --release -p pose --example bench_poses -- SHAPES NOISE_M DENSITY SCENES SEGMENTS [KEY=VALUE …]`
 //! where SHAPES is e.g. `tetrapod:2.0` or `cube:1.6+cube:1.7`, SEGMENTS is `true` (true segments and centres),
 //! `degraded` (what a network gives: two centres a block off by 0.15 d_max, a fifth false, a quarter of the points
 //! foreign) or `none` (no segmentation at all), and KEY=VALUE sets a key of the stage's configuration.
@@ -32,28 +32,41 @@ impl Observer for Clock {
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let [shapes, noise, density, scenes, segments, settings @ ..] = args.as_slice() else {
-        eprintln!("usage: bench_poses SHAPES NOISE_M DENSITY SCENES true|degraded|none [KEY=VALUE …]");
+        eprintln!(
+            "usage: bench_poses SHAPES NOISE_M DENSITY SCENES true|degraded|none [KEY=VALUE …]"
+        );
         std::process::exit(2);
     };
     let config = config(settings);
-    let (piled, recipe) = if shapes.ends_with(".toml") { of_recipe(shapes) } else { plain(shapes, noise, density) };
-    let strangers = std::env::var_os("STRANGERS").is_some();
-    let known = piled.iter().map(|(_, model)| model.clone()).take(if strangers { 1 } else { piled.len() });
+    let (piled, recipe) =
+        if shapes.ends_with(".toml") { of_recipe(shapes) } else { plain(shapes, noise, density) };
+    let foreign = std::env::var_os("FOREIGN").is_some();
+    let known =
+        piled.iter().map(|(_, model)| model.clone()).take(if foreign { 1 } else { piled.len() });
     let catalog = Catalog::new(known.collect());
     // On a survey without points the stage only prepares its models.
     let cpu = cpu_s();
     let nothing = Segmentation::default();
-    pose::recognise(&scene::Survey::default(), &nothing, &catalog, &config, SeedTree::new(1), &geom::Silent)
-        .expect("an empty survey is sound input");
+    pose::recognise(
+        &scene::Survey::default(),
+        &nothing,
+        &catalog,
+        &config,
+        SeedTree::new(1),
+        &geom::Silent,
+    )
+    .expect("an empty survey is sound input");
     let prepare_s = cpu_s() - cpu;
     println!("models prepared in {prepare_s:.2} s of processor (included below)");
     let scenes: u64 = scenes.parse().expect("SCENES is a number");
     let mut pooled = PoseScore::default();
     let (mut seconds, mut points, mut blocks, mut hypotheses) = (0.0, 0, 0, 0);
-    let (mut open, mut signs) = (0, Vec::new());
+    let (mut open, mut features) = (0, Vec::new());
     for n in 0..scenes {
         let seed = match std::env::var("SEED") {
-            Ok(seed) => SeedTree::new(seed.parse().expect("SEED is a number")).child(&recipe.name, n),
+            Ok(seed) => {
+                SeedTree::new(seed.parse().expect("SEED is a number")).child(&recipe.name, n)
+            }
             Err(_) => SeedTree::new(20_261).child("held-out", n),
         };
         let made = match synth::scene(&recipe, &piled, seed) {
@@ -74,9 +87,15 @@ fn main() {
         };
         let start = Instant::now();
         let cpu = cpu_s();
-        let stated =
-            pose::recognise_with_signs(&made.survey, &segmentation, &catalog, &config, SeedTree::new(1), &Clock(start))
-                .expect("a synthetic scene is sound input");
+        let stated = pose::recognise_with_features(
+            &made.survey,
+            &segmentation,
+            &catalog,
+            &config,
+            SeedTree::new(1),
+            &Clock(start),
+        )
+        .expect("a synthetic scene is sound input");
         let took = start.elapsed().as_secs_f64();
         let took_cpu = cpu_s() - cpu;
         let found: Vec<scene::Recognised> = stated.iter().map(|s| s.0.clone()).collect();
@@ -112,7 +131,7 @@ fn main() {
         blocks += truths.len();
         hypotheses += segmentation.hypotheses.len();
         open += found.iter().filter(|r| r.judgement == scene::Judgement::NotJudged).count();
-        signs.extend(score.confidence.iter().copied());
+        features.extend(score.confidence.iter().copied());
         pooled = pooled.plus(&score);
     }
     let percent = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.1} %", 100.0 * v));
@@ -134,7 +153,8 @@ fn main() {
     );
     for low in [0.0, 0.5, 0.7, 0.8, 0.9, 0.95] {
         let high = [0.5, 0.7, 0.8, 0.9, 0.95, 1.01].into_iter().find(|h| *h > low).unwrap_or(1.01);
-        let bin: Vec<bool> = signs.iter().filter(|(c, _)| (low..high).contains(c)).map(|c| c.1).collect();
+        let bin: Vec<bool> =
+            features.iter().filter(|(c, _)| (low..high).contains(c)).map(|c| c.1).collect();
         let right = bin.iter().filter(|r| **r).count();
         println!("confidence {low:.2}–{high:.2}: {right} of {} right", bin.len());
     }
@@ -142,9 +162,13 @@ fn main() {
 
 /// A recipe's own catalogue and sensor.
 fn of_recipe(file: &str) -> (Catalog, Recipe) {
-    let recipe = Recipe::parse(&std::fs::read_to_string(file).expect("the recipe can be read")).expect("a recipe");
+    let recipe = Recipe::parse(&std::fs::read_to_string(file).expect("the recipe can be read"))
+        .expect("a recipe");
     let spec = recipe.catalog.clone().expect("the recipe names its blocks");
-    (blocks::catalog(&spec, &|_| Err("no mesh files here".into())).expect("built-in shapes"), recipe)
+    (
+        blocks::catalog(&spec, &|_| Err("no mesh files here".into())).expect("built-in shapes"),
+        recipe,
+    )
 }
 
 /// White noise over a pen.
@@ -161,7 +185,8 @@ fn plain(shapes: &str, noise: &str, density: &str) -> (Catalog, Recipe) {
 /// Processor time of this process so far, seconds; 0 where the system does not say.
 fn cpu_s() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let ticks = |n: usize| stat.rsplit(") ").next().and_then(|s| s.split(' ').nth(n)?.parse::<f64>().ok());
+    let ticks =
+        |n: usize| stat.rsplit(") ").next().and_then(|s| s.split(' ').nth(n)?.parse::<f64>().ok());
     (ticks(11).unwrap_or(0.0) + ticks(12).unwrap_or(0.0)) / 100.0
 }
 
@@ -220,15 +245,23 @@ fn catalog(shapes: &str) -> Catalog {
                 "antifer" => Shape::Antifer { size },
                 _ => Shape::Dolos { size },
             };
-            BlockSpec { name: format!("{kind}{i}"), shape: Some(shape), mesh: None, unit: None, density_kg_m3: 2300.0 }
+            BlockSpec {
+                name: format!("{kind}{i}"),
+                shape: Some(shape),
+                mesh: None,
+                unit: None,
+                density_kg_m3: 2300.0,
+            }
         })
         .collect();
-    blocks::catalog(&CatalogSpec { block }, &|_| Err("no mesh files here".into())).expect("built-in shapes")
+    blocks::catalog(&CatalogSpec { block }, &|_| Err("no mesh files here".into()))
+        .expect("built-in shapes")
 }
 
 /// Settings by dotted key, through the same names a configuration file uses.
 fn config(settings: &[String]) -> PoseConfig {
-    let mut value = serde_json::to_value(PoseConfig::default()).expect("the configuration is plain data");
+    let mut value =
+        serde_json::to_value(PoseConfig::default()).expect("the configuration is plain data");
     for setting in settings {
         let (key, text) = setting.split_once('=').expect("a setting is KEY=VALUE");
         let mut at = &mut value;
@@ -250,9 +283,14 @@ fn true_segments(made: &SynthScene, catalog: &Catalog) -> Segmentation {
     let mut label = vec![0; made.scene.blocks.len() + 1];
     for b in 0..made.scene.blocks.len() {
         let id = made.scene.blocks[b].block.0;
-        let points: Vec<u32> = (0..made.instance.len() as u32).filter(|&i| made.instance[i as usize] == id).collect();
+        let points: Vec<u32> =
+            (0..made.instance.len() as u32).filter(|&i| made.instance[i as usize] == id).collect();
         if !points.is_empty() {
-            hypotheses.push(CentreHypothesis { centre: centre(made, catalog, b), score: 1.0, points });
+            hypotheses.push(CentreHypothesis {
+                centre: centre(made, catalog, b),
+                score: 1.0,
+                points,
+            });
             label[id as usize] = hypotheses.len() as u32;
         }
     }
@@ -294,9 +332,11 @@ fn degraded(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentatio
     }
     let false_ones = all.len() / 4;
     for _ in 0..false_ones {
-        let at = position[rng.random_range(0..position.len())] + normal(&mut rng) * (0.4 * d) - Vec3::Z * (0.3 * d);
-        let points: Vec<u32> =
-            (0..position.len() as u32).filter(|&i| (position[i as usize] - at).length() < 0.8 * d).collect();
+        let at = position[rng.random_range(0..position.len())] + normal(&mut rng) * (0.4 * d)
+            - Vec3::Z * (0.3 * d);
+        let points: Vec<u32> = (0..position.len() as u32)
+            .filter(|&i| (position[i as usize] - at).length() < 0.8 * d)
+            .collect();
         all.push(CentreHypothesis { centre: at, score: 0.3, points });
     }
     all.shuffle(&mut rng);
@@ -308,45 +348,57 @@ fn degraded(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentatio
     }
 }
 
-/// Appends the signs of every block, as `tsumu reproduce pose-confidence` writes them.
+/// Appends the features of every block, as `tsumu reproduce pose-confidence` writes them.
 fn signs_of(
     file: &std::ffi::OsStr,
     set: &str,
     segments: &str,
-    stated: &[(scene::Recognised, Option<pose::Signs>)],
+    stated: &[(scene::Recognised, Option<pose::Features>)],
     truths: &[TrueBlock],
     catalog: &Catalog,
 ) {
     use std::io::Write;
-    let mut out = std::fs::OpenOptions::new().append(true).create(true).open(file).expect("SIGNS can be written");
-    for (r, signs) in stated {
-        let Some(signs) = signs else { continue };
+    let mut out = std::fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(file)
+        .expect("SIGNS can be written");
+    for (r, features) in stated {
+        let Some(features) = features else { continue };
         let right = truths.iter().find(|t| {
             let (model, truth) = (catalog.get(r.model), catalog.get(t.placed.model));
-            let e = metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
+            let e =
+                metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
             e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
         });
         let kind = right.is_some_and(|t| t.placed.model == r.model);
-        let features: Vec<String> = signs.features().iter().map(|f| format!("{f:.5}")).collect();
-        let (place, kind, margin) = (u8::from(right.is_some()), u8::from(kind), signs.type_margin);
-        writeln!(out, "{set},{segments},{place},{kind},{margin},{}", features.join(" ")).expect("SIGNS can be written");
+        let features: Vec<String> = features.terms().iter().map(|f| format!("{f:.5}")).collect();
+        let (place, kind, margin) =
+            (u8::from(right.is_some()), u8::from(kind), features.type_margin);
+        writeln!(out, "{set},{segments},{place},{kind},{margin},{}", features.join(" "))
+            .expect("SIGNS can be written");
     }
 }
 
 /// The type's margin of every block in its place, for fitting how much a nat is worth.
-fn types(stated: &[(scene::Recognised, Option<pose::Signs>)], truths: &[TrueBlock], catalog: &Catalog) {
-    for (r, signs) in stated {
-        let Some(signs) = signs.filter(|s| s.type_margin.is_finite()) else { continue };
+fn types(
+    stated: &[(scene::Recognised, Option<pose::Features>)],
+    truths: &[TrueBlock],
+    catalog: &Catalog,
+) {
+    for (r, features) in stated {
+        let Some(features) = features.filter(|s| s.type_margin.is_finite()) else { continue };
         let right = truths.iter().find(|t| {
             let (model, truth) = (catalog.get(r.model), catalog.get(t.placed.model));
-            let e = metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
+            let e =
+                metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
             e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
         });
         if let Some(t) = right {
             let same = u8::from(t.placed.model == r.model);
             println!(
                 "  margin {:.2} right {same} occl {:.2} points {} at {:.1}",
-                signs.type_margin,
+                features.type_margin,
                 t.occlusion,
                 r.points.len(),
                 r.site_from_block.translation
@@ -367,7 +419,8 @@ fn explain(found: &[scene::Recognised], truths: &[TrueBlock], catalog: &Catalog)
     };
     let right = |r: &scene::Recognised, t: &TrueBlock| {
         let e = error(r, t);
-        e.displacement_m <= 0.1 * catalog.get(t.placed.model).d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
+        e.displacement_m <= 0.1 * catalog.get(t.placed.model).d_box_m
+            && e.rotation_rad <= 5.0_f32.to_radians()
     };
     for r in found.iter().filter(|r| !truths.iter().any(|t| right(r, t))) {
         let near = truths

@@ -44,8 +44,10 @@ pub fn accept(
     // Lost to overlap with accepted blocks, in halves of the surface.
     let mut lost = vec![0.0_f32; candidates.len()];
     let eligible = |c: &Candidate| c.evidence.agreement >= config.min_agreement;
-    let mut gain: Vec<f32> =
-        candidates.iter().map(|c| if eligible(c) { c.evidence.gain(&taken) } else { f32::NEG_INFINITY }).collect();
+    let mut gain: Vec<f32> = candidates
+        .iter()
+        .map(|c| if eligible(c) { c.evidence.gain(&taken) } else { f32::NEG_INFINITY })
+        .collect();
     loop {
         // The first of equals: the order of the hypotheses decides, never the order of threads.
         let best = (0..gain.len()).fold(None, |b: Option<usize>, i| match b {
@@ -61,14 +63,16 @@ pub fn accept(
         let reach = templates[winner.template].model.d_max_m;
         for (i, c) in candidates.iter().enumerate() {
             let other = &templates[c.template];
-            if gain[i] < config.min_score || (c.at.centre - winner.at.centre).length() > reach + other.model.d_max_m {
+            if gain[i] < config.min_score
+                || (c.at.centre - winner.at.centre).length() > reach + other.model.d_max_m
+            {
                 continue;
             }
             let tolerance = overlap_tolerance_m(measured, other);
             let (first, second) = ((&templates[winner.template], &winner.at), (other, &c.at));
             // Two poses of one place: what the second adds is the first one's error.
-            let same =
-                c.template == winner.template && other.same(&c.at, &winner.at, SAME_PLACE * reach, SAME_TURN_RAD);
+            let same = c.template == winner.template
+                && other.same(&c.at, &winner.at, SAME_PLACE * reach, SAME_TURN_RAD);
             if same || shared_inside(first, second, tolerance) > config.max_shared {
                 gain[i] = f32::NEG_INFINITY;
                 continue;

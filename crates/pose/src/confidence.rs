@@ -1,13 +1,13 @@
-//! Probability that pose and type are right, from the signs the verification leaves.
+//! Probability that pose and type are right, from the features the verification leaves.
 //!
-//! A logistic function of a few signs, fitted by `tools/oracle/fit_confidence.py` on piles of several shapes, sensors
-//! and kinds of segmentation, and checked on other piles (docs/bench/poses.md). The signs are pure numbers, so that one
+//! A logistic function of a few features, fitted by `tools/oracle/fit_confidence.py` on piles of several shapes, sensors
+//! and kinds of segmentation, and checked on other piles (docs/bench/poses.md). The features are pure numbers, so that one
 //! function serves blocks of all sizes: what decides is how well the pose is held, how much of what ought to be seen
 //! is seen and how near the points lie, hardly how many they are.
 
 /// What the verification knows of an accepted block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Signs {
+pub struct Features {
     /// Area of its own points in halves of its surface.
     pub area: f32,
     /// Mean weight of its own points: how near and how well aligned, in [0, 1].
@@ -34,11 +34,12 @@ pub struct Signs {
     pub in_a_plane: bool,
 }
 
-/// Numbers of [`Signs::features`].
-pub const FEATURES: usize = 10;
+/// Numbers of [`Features::terms`].
+pub const TERMS: usize = 10;
 
 /// Fitted weights of the features; the first is the constant's.
-const WEIGHTS: [f32; FEATURES] = [-13.959, 0.096, 5.110, 5.317, 9.649, -0.499, -8.375, -0.919, -15.760, -6.235];
+const WEIGHTS: [f32; TERMS] =
+    [-13.959, 0.096, 5.110, 5.317, 9.649, -0.499, -8.375, -0.919, -15.760, -6.235];
 /// Other poses explain this much of most well held blocks' points too.
 const RIVAL_FREE: f32 = 0.5;
 /// Share of right blocks among those the weights were fitted to.
@@ -55,9 +56,9 @@ const TYPE_SLOPE: f32 = 0.1;
 /// By how much more a nat is worth for every nat there is already: small margins come from one edge, large ones from many.
 const TYPE_GROWTH: f32 = 0.0025;
 
-impl Signs {
+impl Features {
     /// What the logistic function is linear in.
-    pub fn features(&self) -> [f32; FEATURES] {
+    pub fn terms(&self) -> [f32; TERMS] {
         [
             1.0,
             self.area.max(0.01).ln().min(-1.0),
@@ -73,8 +74,8 @@ impl Signs {
     }
 }
 
-/// How sure one may be of a block of this pile before looking at its signs: in a pile of nothing but catalogue blocks
-/// surer than among strangers. Found from the signs of all blocks by expectation maximisation: the share of right
+/// How sure one may be of a block of this pile before looking at its features: in a pile of nothing but catalogue blocks
+/// surer than among foreign blocks. Found from the features of all blocks by expectation maximisation: the share of right
 /// blocks is the mean of the probabilities that it leads to (Saerens, Latinne, Decaestecker 2002).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PilePrior {
@@ -83,26 +84,27 @@ pub struct PilePrior {
 }
 
 impl PilePrior {
-    /// From the signs of all accepted blocks of a pile.
-    pub fn of(signs: &[Signs]) -> Self {
-        let log_odds: Vec<f32> = signs.iter().map(log_odds).collect();
+    /// From the features of all accepted blocks of a pile.
+    pub fn of(features: &[Features]) -> Self {
+        let log_odds: Vec<f32> = features.iter().map(log_odds).collect();
         let mut shift = 0.0_f32;
         for _ in 0..PRIOR_ROUNDS {
             let right: f32 = log_odds.iter().map(|z| logistic(z + shift)).sum();
-            let share = (right + PRIOR_BLOCKS * FITTED_SHARE) / (log_odds.len() as f32 + PRIOR_BLOCKS);
+            let share =
+                (right + PRIOR_BLOCKS * FITTED_SHARE) / (log_odds.len() as f32 + PRIOR_BLOCKS);
             shift = (logit(share) - logit(FITTED_SHARE)).clamp(-MOST_SHIFT, MOST_SHIFT);
         }
         Self { shift }
     }
 
     /// The probability that the pose is right, in [0, 1].
-    pub fn confidence(&self, signs: &Signs) -> f32 {
-        logistic(log_odds(signs) + self.shift)
+    pub fn confidence(&self, features: &Features) -> f32 {
+        logistic(log_odds(features) + self.shift)
     }
 }
 
-fn log_odds(signs: &Signs) -> f32 {
-    signs.features().iter().zip(WEIGHTS).map(|(f, w)| f * w).sum()
+fn log_odds(features: &Features) -> f32 {
+    features.terms().iter().zip(WEIGHTS).map(|(f, w)| f * w).sum()
 }
 
 fn logistic(z: f32) -> f32 {
@@ -114,8 +116,8 @@ fn logit(p: f32) -> f32 {
 }
 
 /// The probability that the type is right if the pose is, in [0, 1].
-pub fn type_confidence(signs: &Signs) -> f32 {
-    logistic(signs.type_margin * (TYPE_SLOPE + TYPE_GROWTH * signs.type_margin))
+pub fn type_confidence(features: &Features) -> f32 {
+    logistic(features.type_margin * (TYPE_SLOPE + TYPE_GROWTH * features.type_margin))
 }
 
 #[cfg(test)]
@@ -124,7 +126,7 @@ mod tests {
 
     #[test]
     fn better_signs_never_lower_it() {
-        let plain = Signs {
+        let plain = Features {
             area: 0.2,
             fit: 0.7,
             own: 0.9,
@@ -138,29 +140,29 @@ mod tests {
             type_margin: 5.0,
             in_a_plane: false,
         };
-        let confidence = |signs: &Signs| PilePrior { shift: 0.0 }.confidence(signs);
+        let confidence = |features: &Features| PilePrior { shift: 0.0 }.confidence(features);
         let base = confidence(&plain);
         for better in [
-            Signs { area: 0.3, ..plain },
-            Signs { fit: 0.8, ..plain },
-            Signs { own: 1.0, ..plain },
-            Signs { agreement: 0.9, ..plain },
-            Signs { against: 0.1, ..plain },
-            Signs { shared: 0.0, ..plain },
-            Signs { turn_sd: 0.3, ..plain },
-            Signs { rough: 1.2, ..plain },
-            Signs { rival: 0.55, ..plain },
+            Features { area: 0.3, ..plain },
+            Features { fit: 0.8, ..plain },
+            Features { own: 1.0, ..plain },
+            Features { agreement: 0.9, ..plain },
+            Features { against: 0.1, ..plain },
+            Features { shared: 0.0, ..plain },
+            Features { turn_sd: 0.3, ..plain },
+            Features { rough: 1.2, ..plain },
+            Features { rival: 0.55, ..plain },
         ] {
             assert!(confidence(&better) > base, "{better:?}");
         }
-        assert!(type_confidence(&Signs { type_margin: 9.0, ..plain }) > type_confidence(&plain));
-        assert_eq!(type_confidence(&Signs { type_margin: f32::INFINITY, ..plain }), 1.0);
-        assert!((0.0..=1.0).contains(&confidence(&Signs { turn_sd: f32::INFINITY, ..plain })));
+        assert!(type_confidence(&Features { type_margin: 9.0, ..plain }) > type_confidence(&plain));
+        assert_eq!(type_confidence(&Features { type_margin: f32::INFINITY, ..plain }), 1.0);
+        assert!((0.0..=1.0).contains(&confidence(&Features { turn_sd: f32::INFINITY, ..plain })));
     }
 
     #[test]
     fn a_doubtful_block_is_believed_among_good_ones_and_not_among_strangers() {
-        let good = Signs {
+        let good = Features {
             area: 0.5,
             fit: 0.95,
             own: 1.0,
@@ -169,17 +171,23 @@ mod tests {
             turn_sd: 0.05,
             rough: 1.0,
             rival: 0.4,
-            ..Signs::default()
+            ..Features::default()
         };
-        let stranger = Signs { rough: 4.0, rival: 0.95, agreement: 0.7, fit: 0.6, ..good };
-        let doubtful = Signs { rough: 1.25, agreement: 0.85, fit: 0.8, turn_sd: 0.2, rival: 0.8, ..good };
-        let pile = |of: &Signs| {
-            let mut signs = vec![*of; 40];
-            signs.push(doubtful);
-            PilePrior::of(&signs).confidence(&doubtful)
+        let foreign = Features { rough: 4.0, rival: 0.95, agreement: 0.7, fit: 0.6, ..good };
+        let doubtful =
+            Features { rough: 1.25, agreement: 0.85, fit: 0.8, turn_sd: 0.2, rival: 0.8, ..good };
+        let pile = |of: &Features| {
+            let mut features = vec![*of; 40];
+            features.push(doubtful);
+            PilePrior::of(&features).confidence(&doubtful)
         };
         let alone = PilePrior::of(&[doubtful]).confidence(&doubtful);
-        assert!(pile(&good) > alone && alone > pile(&stranger), "{} {alone} {}", pile(&good), pile(&stranger));
+        assert!(
+            pile(&good) > alone && alone > pile(&foreign),
+            "{} {alone} {}",
+            pile(&good),
+            pile(&foreign)
+        );
         assert!(PilePrior::of(&[]).shift.abs() < 1e-5);
     }
 }

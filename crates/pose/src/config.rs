@@ -211,7 +211,13 @@ impl PoseConfig {
         let rules = [
             ("noise_sd_m", self.noise_sd_m.unwrap_or(1.0), 0.0, 1e3, "must be above 0"),
             ("search.field_cells", s.field_cells as f32, 8.0, 256.0, "must be 8 to 256"),
-            ("search.rotation_spacing_rad", s.rotation_spacing_rad, 0.05, 3.2, "must be 0.05 to 3.2"),
+            (
+                "search.rotation_spacing_rad",
+                s.rotation_spacing_rad,
+                0.05,
+                3.2,
+                "must be 0.05 to 3.2",
+            ),
             ("search.max_rotations", s.max_rotations as f32, 1.0, 1e6, "must be 1 or more"),
             ("search.points", s.points as f32, 6.0, 1e5, "must be 6 or more"),
             ("search.centre_offset", s.centre_offset, 0.0, 1.0, "must be 0 to 1"),

@@ -8,7 +8,9 @@ pub enum PoseError {
     #[error("the catalogue is empty: add at least one [[block]]")]
     NoModels,
     /// A label column that does not belong to the cloud.
-    #[error("the segmentation has {labels} labels but the survey {points} points; segment this survey again")]
+    #[error(
+        "the segmentation has {labels} labels but the survey {points} points; segment this survey again"
+    )]
     LabelCount {
         /// Labels.
         labels: usize,
@@ -16,7 +18,9 @@ pub enum PoseError {
         points: usize,
     },
     /// A hypothesis names a point that is not there.
-    #[error("hypothesis {hypothesis} names point {point}, but the survey has {points}; segment this survey again")]
+    #[error(
+        "hypothesis {hypothesis} names point {point}, but the survey has {points}; segment this survey again"
+    )]
     BadPoint {
         /// Hypothesis, from 0.
         hypothesis: usize,

@@ -46,7 +46,12 @@ pub fn reach_m(measured: &Measured, template: &Template, config: &EvidenceConfig
 }
 
 /// Collects the evidence of one pose.
-pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config: &EvidenceConfig) -> Evidence {
+pub fn weigh(
+    template: &Template,
+    at: &CentredPose,
+    measured: &Measured,
+    config: &EvidenceConfig,
+) -> Evidence {
     let reach = reach_m(measured, template, config);
     let d_max = template.model.d_max_m;
     let site_from_block = at.pose(template.model.centre);
@@ -57,7 +62,8 @@ pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config:
     measured.grid.for_each_within(at.centre, d_max + reach, |i, p, _| {
         let (d, g) = template.field.at(block_from_site * p);
         if d.abs() < reach {
-            let w = agreement(site_from_block.rotation * g, &measured.fit_point(i)) * (1.0 - (d / reach).powi(2));
+            let w = agreement(site_from_block.rotation * g, &measured.fit_point(i))
+                * (1.0 - (d / reach).powi(2));
             if w > 0.02 {
                 explained.push((i, w));
             }
@@ -76,7 +82,11 @@ pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config:
             Some(Seen::Unknown) => unknown += 1.0,
             Some(Seen::Hidden) | None => {}
         }
-        let depth = measured.solid.iter().map(|bed| -bed.plane.distance_m(p) - bed.relief_m).fold(0.0, f32::max);
+        let depth = measured
+            .solid
+            .iter()
+            .map(|bed| -bed.plane.distance_m(p) - bed.relief_m)
+            .fold(0.0, f32::max);
         under += ((depth - deep) / deep).clamp(0.0, 1.0);
     }
     let area = template.sample_area_m2;
@@ -85,14 +95,19 @@ pub fn weigh(template: &Template, at: &CentredPose, measured: &Measured, config:
         against_m2: config.inside_weight * inside * measured.point_area_m2
             + config.free_space_weight * through * area
             + config.overlap_weight * under * area,
-        agreement: seen / (seen + through + 0.3 * unknown + 0.01 * template.surface.len() as f32).max(1.0),
+        agreement: seen
+            / (seen + through + 0.3 * unknown + 0.01 * template.surface.len() as f32).max(1.0),
         unit_m2: 0.5 * area * template.surface.len() as f32,
         point_area_m2: measured.point_area_m2,
     }
 }
 
 /// Surface of two blocks inside each other, weighted by depth, m²: the larger of both ways.
-pub fn overlap_m2(a: (&Template, &CentredPose), b: (&Template, &CentredPose), tolerance_m: f32) -> f32 {
+pub fn overlap_m2(
+    a: (&Template, &CentredPose),
+    b: (&Template, &CentredPose),
+    tolerance_m: f32,
+) -> f32 {
     if (a.1.centre - b.1.centre).length() > a.0.model.d_max_m + b.0.model.d_max_m {
         return 0.0;
     }
@@ -102,7 +117,9 @@ pub fn overlap_m2(a: (&Template, &CentredPose), b: (&Template, &CentredPose), to
             .0
             .surface
             .iter()
-            .map(|&(p, _)| ((-into.0.field.distance_m(to * p) - tolerance_m) / tolerance_m).clamp(0.0, 1.0))
+            .map(|&(p, _)| {
+                ((-into.0.field.distance_m(to * p) - tolerance_m) / tolerance_m).clamp(0.0, 1.0)
+            })
             .sum();
         deep * from.0.sample_area_m2
     };
@@ -111,14 +128,19 @@ pub fn overlap_m2(a: (&Template, &CentredPose), b: (&Template, &CentredPose), to
 
 /// Share of a block's inside that is inside another, deeper than `tolerance_m`: the larger of both ways. In a shell
 /// thinner than that a quarter of its half thickness is deep, or two pipes through each other would share nothing.
-pub fn shared_inside(a: (&Template, &CentredPose), b: (&Template, &CentredPose), tolerance_m: f32) -> f32 {
+pub fn shared_inside(
+    a: (&Template, &CentredPose),
+    b: (&Template, &CentredPose),
+    tolerance_m: f32,
+) -> f32 {
     if (a.1.centre - b.1.centre).length() > a.0.model.d_max_m + b.0.model.d_max_m {
         return 0.0;
     }
     let one_way = |from: (&Template, &CentredPose), into: (&Template, &CentredPose)| {
         let to = into.1.pose(into.0.model.centre).inverse() * from.1.pose(from.0.model.centre);
         let deep_m = tolerance_m.min(0.25 * into.0.deepest_m);
-        let deep = from.0.inside.iter().filter(|&&p| into.0.field.distance_m(to * p) < -deep_m).count();
+        let deep =
+            from.0.inside.iter().filter(|&&p| into.0.field.distance_m(to * p) < -deep_m).count();
         deep as f32 / from.0.inside.len().max(1) as f32
     };
     one_way(a, b).max(one_way(b, a))
@@ -136,7 +158,9 @@ mod tests {
     fn solids_and_shells_through_each_other_share_a_place_and_touching_ones_do_not() {
         let ring = blocks::parts::ring(1.0).unwrap();
         let cube = blocks::shape_model("cube", Shape::Cube { size: 1.0 }, 2300.0).unwrap();
-        for (model, touching) in [(ring, Vec3::new(1.02, 0.0, 0.0)), (cube, Vec3::new(1.02, 0.0, 0.0))] {
+        for (model, touching) in
+            [(ring, Vec3::new(1.02, 0.0, 0.0)), (cube, Vec3::new(1.02, 0.0, 0.0))]
+        {
             let catalog = Catalog::new(vec![model]);
             let templates = templates(&catalog, &PoseConfig::default(), SeedTree::new(1)).unwrap();
             let t = &templates[0];

@@ -1,12 +1,12 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
 use crate::acceptance::Candidate;
-use crate::confidence::{PilePrior, Signs, type_confidence};
+use crate::confidence::{Features, PilePrior, type_confidence};
 use crate::evidence::reach_m;
 use crate::fattening::{Fattening, residuals};
+use crate::features::Context;
 use crate::fit::{CentredPose, FitPoint, covariance, fit};
 use crate::measured::Measured;
-use crate::signs::Company;
 use crate::template::Template;
 use crate::types::decide;
 use crate::{EvidenceConfig, Method, PoseConfig};
@@ -105,12 +105,12 @@ pub fn refine(
             decide(survey, &grid, blocks, pool, templates, measured);
         }
         let own = members(&label(points, &grid, blocks, templates, measured, config), blocks.len());
-        let samples: Vec<Vec<FitPoint>> = own.par_iter().map(|own| fit_points(survey, measured, own)).collect();
+        let samples: Vec<Vec<FitPoint>> =
+            own.par_iter().map(|own| fit_points(survey, measured, own)).collect();
         if sounder && round > 0 {
-            let shown = blocks
-                .iter()
-                .zip(&samples)
-                .flat_map(|(block, sample)| residuals(sample, &templates[block.template], &block.at));
+            let shown = blocks.iter().zip(&samples).flat_map(|(block, sample)| {
+                residuals(sample, &templates[block.template], &block.at)
+            });
             fattening = Some(Fattening::of(shown));
         }
         blocks.par_iter_mut().zip(samples).for_each(|(block, mut sample)| {
@@ -121,29 +121,41 @@ pub fn refine(
                 fattening.take_out(&mut sample, template, &block.at);
             }
             if sample.len() >= crate::search::FEWEST_POINTS {
-                block.at = fit(&template.fit_model(), &sample, block.at, &[wide, 2.0 * sd, 2.0 * sd, 2.0 * sd]).0;
+                block.at = fit(
+                    &template.fit_model(),
+                    &sample,
+                    block.at,
+                    &[wide, 2.0 * sd, 2.0 * sd, 2.0 * sd],
+                )
+                .0;
             }
         });
     }
     members(&label(points, &grid, blocks, templates, measured, config), blocks.len())
 }
 
-/// The statement on one accepted block before it is judged, and the signs it is judged by.
+/// The statement on one accepted block before it is judged, and the features it is judged by.
 pub fn statement(
     survey: &Survey,
     block: &Accepted,
     points: Vec<u32>,
-    company: &Company,
+    context: &Context,
     templates: &[Template],
     measured: &Measured,
     config: &EvidenceConfig,
-) -> (Recognised, Signs) {
+) -> (Recognised, Features) {
     let template = &templates[block.template];
     let model = template.model;
     let sample = fit_points(survey, measured, &points);
     let distance = |template: &Template, at: &CentredPose| distance_m(template, at, &sample);
     let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
-    let signs = company.signs(block, &points, distance(template, &block.at), covariance.as_ref(), config);
+    let features = context.features(
+        block,
+        &points,
+        distance(template, &block.at),
+        covariance.as_ref(),
+        config,
+    );
     let statement = Recognised {
         block: InstanceId(0),
         model: template.id,
@@ -157,21 +169,23 @@ pub fn statement(
         points,
         covariance: covariance.unwrap_or([0.0; 36]),
     };
-    (statement, signs)
+    (statement, features)
 }
 
 /// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
-pub fn judge(statements: &mut [(Recognised, Option<Signs>)], config: &EvidenceConfig) {
-    let signs: Vec<Signs> = statements.iter().filter_map(|s| s.1).collect();
-    let pile = PilePrior::of(&signs);
-    for (block, signs) in statements {
-        let Some(signs) = signs else { continue };
-        let type_confidence = type_confidence(signs);
+pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &EvidenceConfig) {
+    let features: Vec<Features> = statements.iter().filter_map(|s| s.1).collect();
+    let pile = PilePrior::of(&features);
+    for (block, features) in statements {
+        let Some(features) = features else { continue };
+        let type_confidence = type_confidence(features);
         block.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.
-        block.confidence = pile.confidence(signs) * if block.type_judged { type_confidence } else { 1.0 };
-        let held =
-            signs.shift_sd.is_finite() && !signs.in_a_plane && block.points.len() >= crate::search::FEWEST_POINTS;
+        block.confidence =
+            pile.confidence(features) * if block.type_judged { type_confidence } else { 1.0 };
+        let held = features.shift_sd.is_finite()
+            && !features.in_a_plane
+            && block.points.len() >= crate::search::FEWEST_POINTS;
         if held && block.confidence >= config.min_confidence {
             block.judgement = Judgement::Accepted;
         }
@@ -181,8 +195,10 @@ pub fn judge(statements: &mut [(Recognised, Option<Signs>)], config: &EvidenceCo
 /// Mean distance of the points from the block's surface, metres.
 pub fn distance_m(template: &Template, at: &CentredPose, points: &[FitPoint]) -> f32 {
     let block_from_site = at.pose(template.model.centre).inverse();
-    let sum: f64 =
-        points.iter().map(|p| f64::from(template.field.distance_m(block_from_site * p.position).abs())).sum();
+    let sum: f64 = points
+        .iter()
+        .map(|p| f64::from(template.field.distance_m(block_from_site * p.position).abs()))
+        .sum();
     (sum / points.len().max(1) as f64) as f32
 }
 
@@ -215,7 +231,9 @@ pub fn other_type(
     for c in candidates.iter().filter(|c| c.template != winner.template) {
         // An area, so that a large block's small share compares.
         let score_m2 = c.evidence.score() * c.evidence.unit_m2;
-        if (c.at.centre - winner.at.centre).length() <= near_m && best.is_none_or(|b| score_m2 > b.0) {
+        if (c.at.centre - winner.at.centre).length() <= near_m
+            && best.is_none_or(|b| score_m2 > b.0)
+        {
             best = Some((score_m2, c.template, c.at));
         }
     }

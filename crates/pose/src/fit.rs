@@ -141,7 +141,12 @@ pub fn solve(a: &[[f32; 6]; 6], b: &[f32; 6], damping: f32) -> Option<[f32; 6]> 
 }
 
 /// Gauss-Newton steps, one for each scale; returns the pose and its score at the last scale before the last step.
-pub fn fit(model: &FitModel, points: &[FitPoint], start: CentredPose, scales_m: &[f32]) -> (CentredPose, f32) {
+pub fn fit(
+    model: &FitModel,
+    points: &[FitPoint],
+    start: CentredPose,
+    scales_m: &[f32],
+) -> (CentredPose, f32) {
     let mut at = start;
     let mut score = 0.0;
     for &scale_m in scales_m {
@@ -161,7 +166,12 @@ pub fn fit(model: &FitModel, points: &[FitPoint], start: CentredPose, scales_m: 
 
 /// Covariance of a fitted pose — (tx, ty, tz, rx, ry, rz) about the block's centre, site axes, row-major — from the
 /// curvature at the solution and the spread of the residuals; `None` when the points leave a direction free.
-pub fn covariance(model: &FitModel, points: &[FitPoint], at: &CentredPose, noise_sd_m: f32) -> Option<[f32; 36]> {
+pub fn covariance(
+    model: &FitModel,
+    points: &[FitPoint],
+    at: &CentredPose,
+    noise_sd_m: f32,
+) -> Option<[f32; 36]> {
     let normal = assemble(model, points, at, 2.0 * noise_sd_m);
     // Near points vary together (roughness of the model, registration): a few neighbours count as one.
     const POINTS_A_FACT: f32 = 4.0;

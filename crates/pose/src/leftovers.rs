@@ -24,18 +24,23 @@ pub fn unexplained(
         .map(|i| {
             let p = measured.position[i];
             let reach = reach_m(measured, &templates[0], config);
-            taken[i] < 0.05 && measured.bed.is_none_or(|bed| bed.plane.distance_m(p) > bed.relief_m + reach)
+            taken[i] < 0.05
+                && measured.bed.is_none_or(|bed| bed.plane.distance_m(p) > bed.relief_m + reach)
         })
         .collect();
     for block in accepted {
         let template = &templates[block.template];
         let reach = 2.0 * reach_m(measured, template, config);
         let block_from_site = block.at.pose(template.model.centre).inverse();
-        measured.grid.for_each_within(block.at.centre, template.model.d_max_m + reach, |i, p, _| {
-            if template.field.distance_m(block_from_site * p) < reach {
-                open[i as usize] = false;
-            }
-        });
+        measured.grid.for_each_within(
+            block.at.centre,
+            template.model.d_max_m + reach,
+            |i, p, _| {
+                if template.field.distance_m(block_from_site * p) < reach {
+                    open[i as usize] = false;
+                }
+            },
+        );
     }
     (0..open.len() as u32).filter(|&i| open[i as usize]).collect()
 }
@@ -68,6 +73,7 @@ pub fn tasks(measured: &Measured, open: &[u32], d_max_m: f32) -> Vec<Task> {
 pub fn behind(measured: &Measured, points: &[u32], d_max_m: f32) -> Vec3 {
     let n = points.len().max(1) as f32;
     let mean = points.iter().map(|&i| measured.position[i as usize]).sum::<Vec3>() / n;
-    let facing = points.iter().map(|&i| measured.normal[i as usize] + 0.5 * measured.to_sensor[i as usize]);
+    let facing =
+        points.iter().map(|&i| measured.normal[i as usize] + 0.5 * measured.to_sensor[i as usize]);
     mean - facing.sum::<Vec3>().normalize_or(Vec3::Z) * (0.4 * d_max_m)
 }

@@ -49,8 +49,15 @@ pub fn level(position: &[Vec3], line: &[u16], d_max_m: f32, noise_sd_m: f32) -> 
     let mut moved = position.to_vec();
     let mut scatter_m = noise_sd_m;
     for round in 0..ROUNDS {
-        let (step, scatter) =
-            step(&moved, &entry, lines, d_max_m, scatter_m.max(0.2 * noise_sd_m), round == 0, noise_sd_m);
+        let (step, scatter) = step(
+            &moved,
+            &entry,
+            lines,
+            d_max_m,
+            scatter_m.max(0.2 * noise_sd_m),
+            round == 0,
+            noise_sd_m,
+        );
         scatter_m = scatter.clamp(0.1 * noise_sd_m, noise_sd_m);
         let mut largest = 0.0_f32;
         for (s, d) in shift.iter_mut().zip(&step) {
@@ -109,10 +116,13 @@ fn step(
     let normal = geom::normals(position, radius_m, &|_| Vec3::Z);
     // Lines may lie several standard deviations apart before the first round.
     let gate_m = if first { 5.0 * noise_sd_m } else { 4.0 * sd_m + 0.5 * noise_sd_m };
-    let round = Round { grid: PointGrid::new(position, radius_m), entry, lines, radius_m, gate_m, sd_m };
+    let round =
+        Round { grid: PointGrid::new(position, radius_m), entry, lines, radius_m, gate_m, sd_m };
     let sites = thin(position, radius_m).kept;
-    let places: Vec<Place> =
-        sites.par_iter().filter_map(|&i| round.place(position[i as usize], normal[i as usize])).collect();
+    let places: Vec<Place> = sites
+        .par_iter()
+        .filter_map(|&i| round.place(position[i as usize], normal[i as usize]))
+        .collect();
     let unknowns = 3 * lines;
     let mut a = vec![0.0_f64; unknowns * unknowns];
     let mut b = vec![0.0_f64; unknowns];
@@ -130,8 +140,9 @@ fn step(
                     // Derivative of (height − mean) by the shift of line k.
                     let share = f32::from(u8::from(k == l)) - other / total;
                     for along in 0..3 {
-                        a[row * unknowns + 3 * usize::from(k) + along] +=
-                            f64::from(keep * weight * share * place.normal[axis] * place.normal[along]);
+                        a[row * unknowns + 3 * usize::from(k) + along] += f64::from(
+                            keep * weight * share * place.normal[axis] * place.normal[along],
+                        );
                     }
                 }
             }
@@ -196,7 +207,8 @@ impl Round<'_> {
 /// Gaussian elimination with the largest pivot; the prior keeps the matrix regular.
 fn solve(a: &mut [f64], mut b: Vec<f64>, n: usize) -> Vec<f64> {
     for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs())).unwrap_or(k);
+        let pivot =
+            (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs())).unwrap_or(k);
         for c in 0..n {
             a.swap(k * n + c, pivot * n + c);
         }
@@ -230,7 +242,8 @@ mod tests {
         for i in 0..9000_u32 {
             let r = |k: f64| (f64::from(i) * k).fract() as f32 * 2.0;
             let (u, v, w) = (r(0.754_877_666), r(0.569_840_291), r(0.362_437_1) * 0.01);
-            let p = [Vec3::new(u, v, w), Vec3::new(u, w, v), Vec3::new(w, u, v)][i as usize / 3 % 3];
+            let p =
+                [Vec3::new(u, v, w), Vec3::new(u, w, v), Vec3::new(w, u, v)][i as usize / 3 % 3];
             position.push(p + shift[i as usize % 3]);
             line.push(i as u16 % 3 + 7);
         }
@@ -239,11 +252,20 @@ mod tests {
 
     #[test]
     fn lines_come_back_onto_each_other() {
-        let shift = [Vec3::new(0.03, -0.02, 0.02), Vec3::new(-0.04, 0.01, 0.0), Vec3::new(0.01, 0.01, -0.02)];
+        let shift = [
+            Vec3::new(0.03, -0.02, 0.02),
+            Vec3::new(-0.04, 0.01, 0.0),
+            Vec3::new(0.01, 0.01, -0.02),
+        ];
         let (position, line) = corner(shift);
         let (truth, _) = corner([Vec3::ZERO; 3]);
         let levelled = level(&position, &line, 1.2, 0.03).unwrap();
-        let worst = levelled.position.iter().zip(&truth).map(|(a, b)| (*a - *b).length()).fold(0.0, f32::max);
+        let worst = levelled
+            .position
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| (*a - *b).length())
+            .fold(0.0, f32::max);
         assert!(worst < 0.004, "{worst}");
         assert!(levelled.scatter_m < 0.012, "{}", levelled.scatter_m);
         assert_eq!(levelled.lines, 3);

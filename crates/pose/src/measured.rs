@@ -48,17 +48,25 @@ pub struct Bed {
 
 impl Measured {
     /// Prepares the survey for blocks of the given smallest d_max.
-    pub fn new(survey: &Survey, cell_m: f32, d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Self {
+    pub fn new(
+        survey: &Survey,
+        cell_m: f32,
+        d_max_m: f32,
+        noise_sd_m: f32,
+        seed: SeedTree,
+    ) -> Self {
         let all = &survey.cloud.position_m;
         let thinned = thin(all, cell_m);
         let position: Vec<Vec3> = thinned.kept.iter().map(|&i| all[i as usize]).collect();
         let grid = PointGrid::new(&position, cell_m * 2.0);
-        let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward_sensor(p, &survey.sensor_positions)).collect();
+        let to_sensor: Vec<Vec3> =
+            position.iter().map(|&p| toward_sensor(p, &survey.sensor_positions)).collect();
         let point_area_m2 = point_area_of_m2(&position, &grid, cell_m);
         let spacing_m = point_area_m2.sqrt();
         let radius_m = (2.6 * cell_m.max(spacing_m)).max(3.5 * noise_sd_m).min(0.3 * d_max_m);
         let normal = if survey.cloud.has_normals() {
-            let given = thinned.kept.iter().map(|&i| survey.cloud.normal[i as usize].normalize_or_zero());
+            let given =
+                thinned.kept.iter().map(|&i| survey.cloud.normal[i as usize].normalize_or_zero());
             given.zip(&to_sensor).map(|(n, v)| if n.dot(*v) < 0.0 { -n } else { n }).collect()
         } else {
             let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions);
@@ -69,8 +77,9 @@ impl Measured {
         let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
         // A depth camera's floor has gone with the bin (`walls`): a plane through what it sees lowest may be the front of
         // the very parts looked for, and all of them would lie under it.
-        let bed =
-            (survey.sensor != SensorKind::DepthCamera).then(|| bed(&position, d_max_m, noise_sd_m, seed)).flatten();
+        let bed = (survey.sensor != SensorKind::DepthCamera)
+            .then(|| bed(&position, d_max_m, noise_sd_m, seed))
+            .flatten();
         let walls = survey.walls.iter().map(|&plane| Bed { plane, relief_m: 0.0 });
         let solid = bed.into_iter().chain(walls).collect();
         Self {
@@ -92,13 +101,20 @@ impl Measured {
     /// A working point as the fit wants it.
     pub fn fit_point(&self, i: u32) -> FitPoint {
         let i = i as usize;
-        FitPoint { position: self.position[i], normal: self.normal[i], to_sensor: self.to_sensor[i] }
+        FitPoint {
+            position: self.position[i],
+            normal: self.normal[i],
+            to_sensor: self.to_sensor[i],
+        }
     }
 
     /// Working points of survey points, each once, ascending.
     pub fn working(&self, survey_points: &[u32]) -> Vec<u32> {
-        let mut own: Vec<u32> =
-            survey_points.iter().map(|&i| self.thinned.owner[i as usize]).filter(|&o| o != u32::MAX).collect();
+        let mut own: Vec<u32> = survey_points
+            .iter()
+            .map(|&i| self.thinned.owner[i as usize])
+            .filter(|&o| o != u32::MAX)
+            .collect();
         own.sort_unstable();
         own.dedup();
         own
@@ -107,7 +123,9 @@ impl Measured {
 
 /// Unit direction from a point to the nearest sensor position; straight up when none is known.
 pub fn toward_sensor(p: Vec3, sensors: &[Vec3]) -> Vec3 {
-    let nearest = sensors.iter().min_by(|a, b| (**a - p).length_squared().total_cmp(&(**b - p).length_squared()));
+    let nearest = sensors
+        .iter()
+        .min_by(|a, b| (**a - p).length_squared().total_cmp(&(**b - p).length_squared()));
     nearest.and_then(|s| (*s - p).try_normalize()).unwrap_or(Vec3::Z)
 }
 
@@ -156,13 +174,19 @@ fn bed(position: &[Vec3], d_max_m: f32, noise_sd_m: f32, seed: SeedTree) -> Opti
         *low = low.min(p.z);
     }
     let thickness_m = (3.0 * noise_sd_m).max(0.08 * d_max_m);
-    let low: Vec<Vec3> = position.iter().copied().filter(|&p| p.z < lowest[column(p)] + 3.0 * thickness_m).collect();
+    let low: Vec<Vec3> =
+        position.iter().copied().filter(|&p| p.z < lowest[column(p)] + 3.0 * thickness_m).collect();
     let (plane, inliers) = find_plane(&low, thickness_m, Some(0.6), seed)?;
     let below = position.iter().filter(|&&p| plane.distance_m(p) < -3.0 * thickness_m).count();
     if inliers * 10 < low.len() || below * 50 > position.len() {
         return None;
     }
-    let square: f32 = low.iter().map(|&p| plane.distance_m(p)).filter(|d| d.abs() <= thickness_m).map(|d| d * d).sum();
+    let square: f32 = low
+        .iter()
+        .map(|&p| plane.distance_m(p))
+        .filter(|d| d.abs() <= thickness_m)
+        .map(|d| d * d)
+        .sum();
     Some(Bed { plane, relief_m: 2.0 * (square / inliers as f32).sqrt() })
 }
 
@@ -174,8 +198,14 @@ mod tests {
     /// The back of a figure was once its own bed, so that every pose of the figure lay under the bed.
     #[test]
     fn a_depth_camera_has_no_bed_but_the_bin_it_was_told_of() {
-        let flat = (0..900).map(|i| Vec3::new((i % 30) as f32 * 0.1, (i / 30) as f32 * 0.1, 0.0)).collect();
-        let survey = |sensor| Survey { cloud: PointCloud::from_positions(flat), sensor, ..Default::default() };
+        let flat = (0..900)
+            .map(|i| Vec3::new((i % 30) as f32 * 0.1, (i / 30) as f32 * 0.1, 0.0))
+            .collect();
+        let survey = |sensor| Survey {
+            cloud: PointCloud::from_positions(flat),
+            sensor,
+            ..Default::default()
+        };
         let mut survey = survey(SensorKind::Uav);
         let measured = |survey: &Survey| Measured::new(survey, 0.05, 1.0, 0.01, SeedTree::new(1));
         assert!(measured(&survey).bed.is_some());

@@ -4,13 +4,13 @@
 //! nothing is gained; refine and state.
 
 use crate::acceptance::{Acceptance, Candidate, accept};
-use crate::confidence::Signs;
+use crate::confidence::Features;
 use crate::evidence::weigh;
+use crate::features::Context;
 use crate::finish::{Accepted, judge, other_type, refine, statement};
 use crate::levelling::level;
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
-use crate::signs::Company;
 use crate::template::{Template, templates};
 use crate::{Method, Places, PoseConfig, PoseError, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
@@ -31,27 +31,29 @@ pub fn recognise(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Vec<Recognised>, PoseError> {
-    let found = recognise_with_signs(survey, segmentation, catalog, config, seed, observer)?;
+    let found = recognise_with_features(survey, segmentation, catalog, config, seed, observer)?;
     Ok(found.into_iter().map(|f| f.0).collect())
 }
 
-/// [`recognise`] with the signs each confidence was made of (`None` for segments without a verdict), for fitting them.
-pub fn recognise_with_signs(
+/// [`recognise`] with the features each confidence was made of (`None` for segments without a verdict), for fitting them.
+pub fn recognise_with_features(
     survey: &Survey,
     segmentation: &Segmentation,
     catalog: &Catalog,
     config: &PoseConfig,
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Vec<(Recognised, Option<Signs>)>, PoseError> {
+) -> Result<Vec<(Recognised, Option<Features>)>, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
     let templates = templates(catalog, config, seed)?;
     if survey.cloud.is_empty() {
         return Ok(Vec::new());
     }
-    let levelled = config.levelling.then(|| levelled(survey, &templates, config, observer)).flatten();
-    let (survey, noise_sd_m) = levelled.as_ref().map_or((survey, None), |(survey, noise)| (survey, Some(*noise)));
+    let levelled =
+        config.levelling.then(|| levelled(survey, &templates, config, observer)).flatten();
+    let (survey, noise_sd_m) =
+        levelled.as_ref().map_or((survey, None), |(survey, noise)| (survey, Some(*noise)));
     let measured = measure(survey, &templates, config, noise_sd_m, seed)?;
     let tasks = match config.places {
         Places::Segments => tasks(segmentation, &measured, catalog.d_max_m()),
@@ -146,10 +148,23 @@ impl Stage<'_> {
         let mut proposals: Vec<Proposal> = Vec::new();
         for (entry, template) in self.templates.iter().enumerate() {
             if config.method == Method::SdfSearch {
-                proposals.extend(propose(task, template, entry, self.measured, &config.search, seed));
+                proposals.extend(propose(
+                    task,
+                    template,
+                    entry,
+                    self.measured,
+                    &config.search,
+                    seed,
+                ));
             }
             if config.method == Method::Ppf || config.ppf_hypotheses {
-                proposals.extend(thesis::propose(task, template, entry, self.measured, &config.ppf));
+                proposals.extend(thesis::propose(
+                    task,
+                    template,
+                    entry,
+                    self.measured,
+                    &config.ppf,
+                ));
             }
         }
         proposals
@@ -157,7 +172,12 @@ impl Stage<'_> {
             .map(|p| Candidate {
                 template: p.template,
                 at: p.at,
-                evidence: weigh(&self.templates[p.template], &p.at, self.measured, &config.evidence),
+                evidence: weigh(
+                    &self.templates[p.template],
+                    &p.at,
+                    self.measured,
+                    &config.evidence,
+                ),
             })
             .collect()
     }
@@ -171,8 +191,13 @@ impl Stage<'_> {
         round: u64,
     ) -> Result<Vec<Origin>, PoseError> {
         let accepted: Vec<&Candidate> = acceptance.accepted.iter().map(|a| &pool[a.0]).collect();
-        let open =
-            leftovers::unexplained(self.measured, &acceptance.taken, &accepted, self.templates, &self.config.evidence);
+        let open = leftovers::unexplained(
+            self.measured,
+            &acceptance.taken,
+            &accepted,
+            self.templates,
+            &self.config.evidence,
+        );
         let mut tasks: Vec<Task> = Vec::new();
         let mut sizes: Vec<f32> = self.templates.iter().map(|t| t.model.d_max_m).collect();
         sizes.sort_by(f32::total_cmp);
@@ -185,7 +210,11 @@ impl Stage<'_> {
         // The same points searched again would give the same poses.
         tasks.retain(|t| !searched.iter().any(|s| (*s - t.centre).length() < 0.1 * sizes_m));
         searched.extend(tasks.iter().map(|t| t.centre));
-        self.note(format!("round {round}: {} accepted, {} places left to search", accepted.len(), tasks.len()));
+        self.note(format!(
+            "round {round}: {} accepted, {} places left to search",
+            accepted.len(),
+            tasks.len()
+        ));
         self.candidates(&tasks, round)
     }
 
@@ -199,7 +228,12 @@ impl Stage<'_> {
             .filter_map(|t| {
                 let own = candidates.iter().enumerate().filter(|(_, c)| c.0 == Some(t));
                 let fitness = |c: &Candidate| {
-                    thesis::fitness_m(&tasks[t].points, &self.templates[c.template], &c.at, self.measured)
+                    thesis::fitness_m(
+                        &tasks[t].points,
+                        &self.templates[c.template],
+                        &c.at,
+                        self.measured,
+                    )
                 };
                 let best = own.min_by(|a, b| fitness(&a.1.1).total_cmp(&fitness(&b.1.1)))?;
                 Some((best.0, best.1.1.evidence.score()))
@@ -228,7 +262,7 @@ impl Stage<'_> {
         chosen: Vec<(usize, f32)>,
         tasks: &[Task],
         candidates: &[Origin],
-    ) -> Vec<(Recognised, Option<Signs>)> {
+    ) -> Vec<(Recognised, Option<Features>)> {
         let pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
         let mut blocks: Vec<Accepted> = chosen
             .iter()
@@ -244,13 +278,15 @@ impl Stage<'_> {
             })
             .collect();
         let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
-        let company = Company::new(survey, &blocks, &points, &pool, self.templates, self.measured);
+        let context = Context::new(survey, &blocks, &points, &pool, self.templates, self.measured);
         let config = &self.config.evidence;
         let state = |(block, points)| {
-            let (block, signs) = statement(survey, block, points, &company, self.templates, self.measured, config);
-            (block, Some(signs))
+            let (block, features) =
+                statement(survey, block, points, &context, self.templates, self.measured, config);
+            (block, Some(features))
         };
-        let mut found: Vec<(Recognised, Option<Signs>)> = blocks.par_iter().zip(points).map(state).collect();
+        let mut found: Vec<(Recognised, Option<Features>)> =
+            blocks.par_iter().zip(points).map(state).collect();
         judge(&mut found, config);
         let open = self.not_judged(survey, tasks, candidates, &found);
         found.extend(open.into_iter().map(|block| (block, None)));
@@ -266,7 +302,7 @@ impl Stage<'_> {
         survey: &Survey,
         tasks: &[Task],
         candidates: &[Origin],
-        found: &[(Recognised, Option<Signs>)],
+        found: &[(Recognised, Option<Features>)],
     ) -> Vec<Recognised> {
         let mut taken = vec![false; survey.cloud.len()];
         for (block, _) in found {
@@ -276,7 +312,8 @@ impl Stage<'_> {
         }
         let open = |task: &Task| {
             let survey_point = |&w: &u32| self.measured.thinned.kept[w as usize];
-            let free: Vec<u32> = task.points.iter().map(survey_point).filter(|&i| !taken[i as usize]).collect();
+            let free: Vec<u32> =
+                task.points.iter().map(survey_point).filter(|&i| !taken[i as usize]).collect();
             (free.len() * 2 > task.points.len() && !free.is_empty()).then_some(free)
         };
         let segments = tasks.iter().enumerate().filter(|(_, t)| t.is_segment);
@@ -290,9 +327,17 @@ impl Stage<'_> {
             .collect()
     }
 
-    fn without_verdict(&self, task: &Task, best: Option<&Candidate>, points: Vec<u32>) -> Recognised {
+    fn without_verdict(
+        &self,
+        task: &Task,
+        best: Option<&Candidate>,
+        points: Vec<u32>,
+    ) -> Recognised {
         let template = &self.templates[best.map_or(0, |c| c.template)];
-        let at = best.map_or(crate::fit::CentredPose { rotation: geom::Quat::IDENTITY, centre: task.centre }, |c| c.at);
+        let at = best.map_or(
+            crate::fit::CentredPose { rotation: geom::Quat::IDENTITY, centre: task.centre },
+            |c| c.at,
+        );
         Recognised {
             block: InstanceId(0),
             model: template.id,
@@ -309,7 +354,11 @@ impl Stage<'_> {
     }
 }
 
-fn check_input(survey: &Survey, segmentation: &Segmentation, catalog: &Catalog) -> Result<(), PoseError> {
+fn check_input(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+) -> Result<(), PoseError> {
     let points = survey.cloud.len();
     if catalog.is_empty() {
         return Err(PoseError::NoModels);
@@ -360,14 +409,17 @@ fn measure(
 ) -> Result<Measured, PoseError> {
     let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
     let model = smallest.expect("templates are made of a catalogue that is not empty").model;
-    let noise_sd_m = config.noise_sd_m.or(scatter_m).unwrap_or_else(|| survey.sensor.noise_sd_m(model.d_max_m));
+    let noise_sd_m =
+        config.noise_sd_m.or(scatter_m).unwrap_or_else(|| survey.sensor.noise_sd_m(model.d_max_m));
     let cell_m = config.search.working_cell * model.d_max_m;
     let survey_m = survey.cloud.bounds().size().max_element();
-    let wrong = || PoseError::WrongScale { name: model.name.clone(), d_box_m: model.d_box_m, survey_m };
+    let wrong =
+        || PoseError::WrongScale { name: model.name.clone(), d_box_m: model.d_box_m, survey_m };
     if model.d_box_m > 10.0 * survey_m || model.d_box_m * 1e4 < survey_m {
         return Err(wrong());
     }
-    let measured = Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, seed.child("measured", 0));
+    let measured =
+        Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, seed.child("measured", 0));
     Ok(measured)
 }
 

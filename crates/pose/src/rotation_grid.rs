@@ -27,7 +27,9 @@ fn super_fibonacci(i: usize, count: usize) -> Quat {
     let tau = std::f64::consts::TAU;
     let (r, big_r) = (t.sqrt(), (1.0 - t).sqrt());
     let (alpha, beta) = (tau * s / std::f64::consts::SQRT_2, tau * s / PSI);
-    DQuat::from_xyzw(r * alpha.sin(), r * alpha.cos(), big_r * beta.sin(), big_r * beta.cos()).as_quat().normalize()
+    DQuat::from_xyzw(r * alpha.sin(), r * alpha.cos(), big_r * beta.sin(), big_r * beta.cos())
+        .as_quat()
+        .normalize()
 }
 
 #[cfg(test)]
@@ -37,7 +39,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn third_turns() -> SymmetryGroup {
-        let turns = (0..3).map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::TAU / 3.0)).collect();
+        let turns =
+            (0..3).map(|k| Quat::from_rotation_z(k as f32 * std::f32::consts::TAU / 3.0)).collect();
         SymmetryGroup::new(Vec3::ZERO, turns)
     }
 

@@ -40,7 +40,13 @@ impl Template<'_> {
     }
 
     /// Whether two poses are the same physical pose within these limits.
-    pub fn same(&self, a: &CentredPose, b: &CentredPose, displacement_m: f32, rotation_rad: f32) -> bool {
+    pub fn same(
+        &self,
+        a: &CentredPose,
+        b: &CentredPose,
+        displacement_m: f32,
+        rotation_rad: f32,
+    ) -> bool {
         (a.centre - b.centre).length() < displacement_m
             && self.model.symmetry.rotation_error_rad(a.rotation, b.rotation) < rotation_rad
     }
@@ -68,12 +74,24 @@ pub fn propose(
     let mut ranked: Vec<(f32, CentredPose)> = Vec::new();
     for centre in centres(task, config.centre_offset * d) {
         for &rotation in &template.rotations {
-            let (at, score) = fit(&model, coarse, CentredPose { rotation, centre }, &[0.30 * d, 0.22 * d, 0.17 * d]);
+            let (at, score) = fit(
+                &model,
+                coarse,
+                CentredPose { rotation, centre },
+                &[0.30 * d, 0.22 * d, 0.17 * d],
+            );
             ranked.push((off_centre(task, &at) * score, at));
         }
     }
     best_first(&mut ranked);
-    let mut kept = step(ranked, 3 * config.keep_coarse, template, task, coarse, &[0.15 * d, 0.12 * d, 0.1 * d]);
+    let mut kept = step(
+        ranked,
+        3 * config.keep_coarse,
+        template,
+        task,
+        coarse,
+        &[0.15 * d, 0.12 * d, 0.1 * d],
+    );
     kept = step(kept, config.keep_coarse, template, task, &sample, &[0.08 * d, 0.06 * d, 0.05 * d]);
     let fine = (2.5 * measured.noise_sd_m).max(0.03 * d);
     let refined = kept
@@ -86,7 +104,10 @@ pub fn propose(
             (score, at)
         })
         .collect();
-    distinct(refined, config.keep, template).into_iter().map(|(_, at)| Proposal { template: entry, at }).collect()
+    distinct(refined, config.keep, template)
+        .into_iter()
+        .map(|(_, at)| Proposal { template: entry, at })
+        .collect()
 }
 
 /// Fits the best `keep` different poses further.
@@ -131,7 +152,11 @@ fn best_first(ranked: &mut [(f32, CentredPose)]) {
 }
 
 /// The first `keep` poses that are not the same as a better one.
-fn distinct(mut ranked: Vec<(f32, CentredPose)>, keep: usize, template: &Template) -> Vec<(f32, CentredPose)> {
+fn distinct(
+    mut ranked: Vec<(f32, CentredPose)>,
+    keep: usize,
+    template: &Template,
+) -> Vec<(f32, CentredPose)> {
     best_first(&mut ranked);
     let mut kept: Vec<(f32, CentredPose)> = Vec::with_capacity(keep);
     for candidate in ranked {

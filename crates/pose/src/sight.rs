@@ -51,7 +51,10 @@ impl Sight {
         let views = if sensors.is_empty() {
             vec![View::new(points, None, centre, spacing_m)]
         } else {
-            spread(sensors, centre).into_iter().map(|s| View::new(points, Some(s), centre, spacing_m)).collect()
+            spread(sensors, centre)
+                .into_iter()
+                .map(|s| View::new(points, Some(s), centre, spacing_m))
+                .collect()
         };
         Self { views }
     }
@@ -87,12 +90,15 @@ impl Sight {
 
 /// The position nearest to the cloud's centre and those farthest from each other.
 fn spread(sensors: &[Vec3], centre: Vec3) -> Vec<Vec3> {
-    let nearest = |a: &&Vec3, b: &&Vec3| (**a - centre).length_squared().total_cmp(&(**b - centre).length_squared());
+    let nearest = |a: &&Vec3, b: &&Vec3| {
+        (**a - centre).length_squared().total_cmp(&(**b - centre).length_squared())
+    };
     let Some(&first) = sensors.iter().min_by(nearest) else { return Vec::new() };
     let mut picked = vec![first];
     let mut far: Vec<f32> = sensors.iter().map(|s| (*s - first).length_squared()).collect();
     while picked.len() < MOST_VIEWS.min(sensors.len()) {
-        let (i, &d) = far.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there is a sensor");
+        let (i, &d) =
+            far.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("there is a sensor");
         if d <= 0.0 {
             break;
         }
@@ -119,15 +125,17 @@ impl View {
             depth: Vec::new(),
         };
         let projected: Vec<_> = points.iter().filter_map(|&p| view.project(p)).collect();
-        let fold =
-            |f: fn(f32, f32) -> f32, start: f32, axis: usize| projected.iter().map(|(uv, _)| uv[axis]).fold(start, f);
+        let fold = |f: fn(f32, f32) -> f32, start: f32, axis: usize| {
+            projected.iter().map(|(uv, _)| uv[axis]).fold(start, f)
+        };
         if projected.is_empty() {
             return view;
         }
         view.low = [fold(f32::min, f32::INFINITY, 0), fold(f32::min, f32::INFINITY, 1)];
         let high = [fold(f32::max, f32::NEG_INFINITY, 0), fold(f32::max, f32::NEG_INFINITY, 1)];
         let size = [high[0] - view.low[0], high[1] - view.low[1]];
-        let smallest = (size[0] * size[1] / MOST_PIXELS as f32).sqrt().max(size[0].max(size[1]) / 1e5);
+        let smallest =
+            (size[0] * size[1] / MOST_PIXELS as f32).sqrt().max(size[0].max(size[1]) / 1e5);
         view.pixel = view.pixel.max(smallest);
         view.count = size.map(|s| (s / view.pixel) as usize + 1);
         view.depth = vec![f32::INFINITY; view.count[0] * view.count[1]];
@@ -156,7 +164,10 @@ impl View {
 
     fn pixel_of(&self, uv: [f32; 2]) -> Option<[usize; 2]> {
         let at = [0, 1].map(|k| (uv[k] - self.low[k]) / self.pixel);
-        let ok = at[0] >= 0.0 && at[1] >= 0.0 && (at[0] as usize) < self.count[0] && (at[1] as usize) < self.count[1];
+        let ok = at[0] >= 0.0
+            && at[1] >= 0.0
+            && (at[0] as usize) < self.count[0]
+            && (at[1] as usize) < self.count[1];
         ok.then(|| at.map(|v| v as usize))
     }
 
@@ -169,8 +180,8 @@ impl View {
         let Some([x, y]) = self.pixel_of(uv) else { return Seen::Unknown };
         let (mut near, mut far, mut filled) = (f32::INFINITY, f32::NEG_INFINITY, 0);
         for j in y.saturating_sub(1)..(y + 2).min(self.count[1]) {
-            for &d in
-                &self.depth[j * self.count[0] + x.saturating_sub(1)..j * self.count[0] + (x + 2).min(self.count[0])]
+            for &d in &self.depth[j * self.count[0] + x.saturating_sub(1)
+                ..j * self.count[0] + (x + 2).min(self.count[0])]
             {
                 if d.is_finite() {
                     near = near.min(d);
@@ -201,16 +212,21 @@ mod tests {
 
     #[test]
     fn empty_above_hidden_below_here_on_the_floor() {
-        for sensors in
-            [vec![], vec![Vec3::new(1.5, 1.5, 10.0)], vec![Vec3::new(1.5, 1.5, 10.0), Vec3::new(9.0, 1.0, 8.0)]]
-        {
+        for sensors in [
+            vec![],
+            vec![Vec3::new(1.5, 1.5, 10.0)],
+            vec![Vec3::new(1.5, 1.5, 10.0), Vec3::new(9.0, 1.0, 8.0)],
+        ] {
             let sight = Sight::new(&floor(), &sensors, 0.1);
             let at = |z: f32| sight.of_surface(Vec3::new(1.5, 1.4, z), Vec3::Z, 0.05);
             assert_eq!(at(0.5), Some(Seen::Through));
             assert_eq!(at(0.0), Some(Seen::Here));
             assert_eq!(at(-0.5), Some(Seen::Hidden));
             assert_eq!(sight.of_surface(Vec3::new(1.5, 1.4, 0.5), Vec3::NEG_Z, 0.05), None);
-            assert_eq!(sight.of_surface(Vec3::new(8.0, 1.4, 0.0), Vec3::Z, 0.05), Some(Seen::Unknown));
+            assert_eq!(
+                sight.of_surface(Vec3::new(8.0, 1.4, 0.0), Vec3::Z, 0.05),
+                Some(Seen::Unknown)
+            );
         }
     }
 }

@@ -84,20 +84,30 @@ fn template<'a>(
     model.mesh.check_solid().map_err(named)?;
     let margin_m = 0.3 * model.d_max_m;
     let field = DistanceField::new(&model.mesh, cells, margin_m).map_err(named)?;
-    let surface = even_surface(model, config.evidence.surface_samples, seed.child("surface", u64::from(id.0)));
-    let dense_surface = model.mesh.sample_surface(dense, &mut seed.child("dense", u64::from(id.0)).rng());
+    let surface = even_surface(
+        model,
+        config.evidence.surface_samples,
+        seed.child("surface", u64::from(id.0)),
+    );
+    let dense_surface =
+        model.mesh.sample_surface(dense, &mut seed.child("dense", u64::from(id.0)).rng());
     let thesis = config.method == Method::Ppf || config.ppf_hypotheses;
     let pairs = thesis.then(|| {
         let few = even_surface(model, PAIR_POINTS, seed.child("pairs", u64::from(id.0)));
         PairTable::new(few, 2.0 * model.d_max_m, &config.ppf)
     });
     let cloud = thesis.then(|| {
-        let points = model.mesh.sample_surface(CLOUD, &mut seed.child("cloud", u64::from(id.0)).rng());
+        let points =
+            model.mesh.sample_surface(CLOUD, &mut seed.child("cloud", u64::from(id.0)).rng());
         let position: Vec<Vec3> = points.iter().map(|p| p.0).collect();
         ModelCloud { grid: PointGrid::new(&position, 0.08 * model.d_max_m), points }
     });
     let sample_area_m2 = model.mesh.area_m2() / surface.len().max(1) as f32;
-    let rotations = rotation_grid(&model.symmetry, config.search.rotation_spacing_rad, config.search.max_rotations);
+    let rotations = rotation_grid(
+        &model.symmetry,
+        config.search.rotation_spacing_rad,
+        config.search.max_rotations,
+    );
     let inside = inside(model, &field, seed.child("inside", u64::from(id.0)));
     let deepest_m = inside.iter().map(|&p| -field.distance_m(p)).fold(0.0, f32::max);
     Ok(Template {
@@ -119,7 +129,8 @@ fn template<'a>(
 fn inside(model: &BlockModel, field: &DistanceField, seed: SeedTree) -> Vec<Vec3> {
     let bounds = model.mesh.bounds();
     let mut rng = seed.rng();
-    let mut draw = || bounds.min + bounds.size() * Vec3::new(rng.random(), rng.random(), rng.random());
+    let mut draw =
+        || bounds.min + bounds.size() * Vec3::new(rng.random(), rng.random(), rng.random());
     (0..100 * INSIDE).map(|_| draw()).filter(|&p| field.distance_m(p) < 0.0).take(INSIDE).collect()
 }
 
@@ -154,7 +165,10 @@ mod tests {
         assert_eq!(field_cells(96, FULL_FIELDS), 96);
         for types in [11, 20, 200] {
             let cells = field_cells(96, types);
-            assert!(types * cells.pow(3) <= FULL_FIELDS * 96_usize.pow(3), "{types} types, {cells} cells");
+            assert!(
+                types * cells.pow(3) <= FULL_FIELDS * 96_usize.pow(3),
+                "{types} types, {cells} cells"
+            );
         }
     }
 }

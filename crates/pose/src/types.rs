@@ -49,21 +49,33 @@ pub fn decide(
                 let sd = measured.noise_sd_m.max(0.3 * templates[t].field.cell_m());
                 // Sizes a few per cent apart start several centimetres off.
                 let wide = (4.0 * sd).max(0.08 * templates[t].model.d_max_m);
-                let at = fit(&templates[t].fit_model(), &points, at, &[wide, 4.0 * sd, 3.0 * sd, 2.0 * sd, 2.0 * sd]).0;
+                let at = fit(
+                    &templates[t].fit_model(),
+                    &points,
+                    at,
+                    &[wide, 4.0 * sd, 3.0 * sd, 2.0 * sd, 2.0 * sd],
+                )
+                .0;
                 (case.account(t, &at, &points, each), t, at)
             })
             .collect();
-        // Points that plain surface owes its due for: the same number for all contenders.
-        let owed =
-            judged.iter().max_by(|a, b| a.0.explained.total_cmp(&b.0.explained)).map_or(0.0, |j| j.0.plain_points);
-        let mut judged: Vec<(f32, usize, CentredPose)> =
-            judged.into_iter().map(|(account, t, at)| (account.charge(owed), t, at)).collect();
+        // Points that plain surface is expected to show its expected for: the same number for all contenders.
+        let expected_here = judged
+            .iter()
+            .max_by(|a, b| a.0.explained.total_cmp(&b.0.explained))
+            .map_or(0.0, |j| j.0.plain_points);
+        let mut judged: Vec<(f32, usize, CentredPose)> = judged
+            .into_iter()
+            .map(|(account, t, at)| (account.charge(expected_here), t, at))
+            .collect();
         sort(&mut judged);
         let runner_up = judged.iter().position(|j| j.1 != judged[0].1);
-        if let Some(second) = runner_up.filter(|&s| judged[s].0 - judged[0].0 < DOUBTFUL * POINTS_A_FACT) {
+        if let Some(second) =
+            runner_up.filter(|&s| judged[s].0 - judged[0].0 < DOUBTFUL * POINTS_A_FACT)
+        {
             // Where a face is seen and no edge holds it, a fit slides; the likelihood knows where surface is missing.
             for entry in [0, second] {
-                judged[entry] = case.slide(judged[entry], &points, each, owed);
+                judged[entry] = case.slide(judged[entry], &points, each, expected_here);
             }
             sort(&mut judged);
         }
@@ -76,13 +88,20 @@ pub fn decide(
 }
 
 /// The block's own pose as every type, and the best candidates of each type at its place.
-fn contenders(block: &Accepted, pool: &[Candidate], templates: &[Template]) -> Vec<(usize, CentredPose)> {
+fn contenders(
+    block: &Accepted,
+    pool: &[Candidate],
+    templates: &[Template],
+) -> Vec<(usize, CentredPose)> {
     let mut contenders = Vec::new();
     for (t, template) in templates.iter().enumerate() {
         contenders.push((t, block.at));
         let mut near: Vec<&Candidate> = pool
             .iter()
-            .filter(|c| c.template == t && (c.at.centre - block.at.centre).length() < 0.5 * template.model.d_max_m)
+            .filter(|c| {
+                c.template == t
+                    && (c.at.centre - block.at.centre).length() < 0.5 * template.model.d_max_m
+            })
             .collect();
         near.sort_by(|a, b| b.evidence.score().total_cmp(&a.evidence.score()));
         contenders.extend(near.into_iter().take(2).map(|c| (t, c.at)));
@@ -94,7 +113,7 @@ fn sort(judged: &mut [(f32, usize, CentredPose)]) {
     judged.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
 
-/// What a contender owes and explains.
+/// What a contender is expected to show and explains.
 struct Account {
     /// Points that its plain surface should have.
     expected: f32,
@@ -105,17 +124,17 @@ struct Account {
 }
 
 impl Account {
-    /// Negative log-likelihood up to a constant of the block: `owed` points on plain surface whose density is the survey's
+    /// Negative log-likelihood up to a constant of the block: `expected_here` points on plain surface whose density is the survey's
     /// up to [`DENSITY_CV`], a gamma prior with which it is integrated out.
-    fn charge(&self, owed: f32) -> f32 {
+    fn charge(&self, expected_here: f32) -> f32 {
         let certain = POINTS_A_FACT / (DENSITY_CV * DENSITY_CV);
-        (owed + certain) * (self.expected / certain).ln_1p() - self.explained
+        (expected_here + certain) * (self.expected / certain).ln_1p() - self.explained
     }
 }
 
-/// How far surface owes points by the cosine at which it faces the sensor: steep faces are measured thinly or not at
+/// How far surface is expected to show points by the cosine at which it faces the sensor: steep faces are measured thinly or not at
 /// all, they may explain points but owe none.
-fn owes(facing: f32) -> f32 {
+fn expected_share(facing: f32) -> f32 {
     ((facing - 0.2) / 0.25).clamp(0.0, 1.0)
 }
 
@@ -133,13 +152,16 @@ impl Case<'_> {
     fn points(&self, contenders: &[(usize, CentredPose)]) -> (Vec<FitPoint>, f32) {
         let sd = self.measured.noise_sd_m;
         let own = &self.neighbours[self.entry];
-        let reach = contenders.iter().map(|c| self.templates[c.0].model.d_max_m).fold(0.0, f32::max) * 1.1;
+        let reach =
+            contenders.iter().map(|c| self.templates[c.0].model.d_max_m).fold(0.0, f32::max) * 1.1;
         let others: Vec<_> = self
             .neighbours
             .iter()
             .enumerate()
             .filter(|(n, o)| *n != self.entry && (o.1.centre - own.1.centre).length() < 2.2 * reach)
-            .map(|(_, o)| (&self.templates[o.0], o.1.pose(self.templates[o.0].model.centre).inverse()))
+            .map(|(_, o)| {
+                (&self.templates[o.0], o.1.pose(self.templates[o.0].model.centre).inverse())
+            })
             .collect();
         let frames: Vec<_> = contenders
             .iter()
@@ -148,8 +170,14 @@ impl Case<'_> {
         let near = 3.0 * sd + 0.05 * reach;
         let mut index = Vec::new();
         self.grid.for_each_within(own.1.centre, reach, |i, p, _| {
-            let best = frames.iter().map(|(t, f)| t.field.distance_m(*f * p).abs()).fold(f32::INFINITY, f32::min);
-            let other = others.iter().map(|(t, f)| t.field.distance_m(*f * p).abs()).fold(f32::INFINITY, f32::min);
+            let best = frames
+                .iter()
+                .map(|(t, f)| t.field.distance_m(*f * p).abs())
+                .fold(f32::INFINITY, f32::min);
+            let other = others
+                .iter()
+                .map(|(t, f)| t.field.distance_m(*f * p).abs())
+                .fold(f32::INFINITY, f32::min);
             if best < near && (other > 4.0 * sd || best < 0.5 * other) {
                 index.push(i);
             }
@@ -177,7 +205,7 @@ impl Case<'_> {
         mut best: (f32, usize, CentredPose),
         points: &[FitPoint],
         each: f32,
-        owed: f32,
+        expected_here: f32,
     ) -> (f32, usize, CentredPose) {
         let t = best.1;
         let mut step_m = FIRST_STEP * self.templates[t].model.d_max_m;
@@ -186,7 +214,7 @@ impl Case<'_> {
                 for sign in [-1.0, 1.0] {
                     let mut at = best.2;
                     at.centre += at.rotation * axis * (sign * step_m);
-                    let charge = self.account(t, &at, points, each).charge(owed);
+                    let charge = self.account(t, &at, points, each).charge(expected_here);
                     if charge < best.0 {
                         best = (charge, t, at);
                     }
@@ -204,18 +232,23 @@ impl Case<'_> {
         let site_from_block = at.pose(template.model.centre);
         let spacing = self.measured.survey_spacing_m;
         let surface = &template.dense_surface;
-        let area_m2 = template.sample_area_m2 * template.surface.len() as f32 / surface.len().max(1) as f32;
+        let area_m2 =
+            template.sample_area_m2 * template.surface.len() as f32 / surface.len().max(1) as f32;
         let margin = (1.6 * spacing).max(2.0 * self.measured.noise_sd_m);
         let mut plain_m2 = 0.0;
         // The nearest sensor position of any place on the block is among those hardly farther than the centre's.
         let away = |s: &Vec3| (*s - at.centre).length();
         let nearest_m = self.survey.sensor_positions.iter().map(away).fold(f32::INFINITY, f32::min);
         let reach_m = nearest_m + 2.0 * template.model.d_max_m;
-        let sensors: Vec<Vec3> = self.survey.sensor_positions.iter().copied().filter(|s| away(s) <= reach_m).collect();
-        let (mut place, mut normal, mut due) = (Vec::new(), Vec::new(), Vec::new());
+        let sensors: Vec<Vec3> =
+            self.survey.sensor_positions.iter().copied().filter(|s| away(s) <= reach_m).collect();
+        let (mut place, mut normal, mut expected) = (Vec::new(), Vec::new(), Vec::new());
         for &(p, n) in surface {
             let (p, n) = (site_from_block * p, site_from_block.rotation * n);
-            let seen = matches!(self.measured.sight.of_surface(p, n, margin), Some(Seen::Here | Seen::Through));
+            let seen = matches!(
+                self.measured.sight.of_surface(p, n, margin),
+                Some(Seen::Here | Seen::Through)
+            );
             let facing = n.dot(toward_sensor(p, &sensors));
             if self.buried(p) {
                 // Two solids cannot share a place: charged like surface that ought to be seen and is not.
@@ -223,15 +256,15 @@ impl Case<'_> {
                 continue;
             }
             // Faces along the view come and go with a degree of pose: what was measured of them may be explained.
-            if facing < -0.2 || (owes(facing) >= 1.0 && !seen) {
+            if facing < -0.2 || (expected_share(facing) >= 1.0 && !seen) {
                 continue;
             }
-            // On a steep face a depth image cannot tell hidden from seen: it owes nothing where it seems hidden.
-            let owed = if seen { owes(facing) } else { 0.0 };
-            plain_m2 += area_m2 * owed;
+            // On a steep face a depth image cannot tell hidden from seen: it is expected to show nothing where it seems hidden.
+            let expected_here = if seen { expected_share(facing) } else { 0.0 };
+            plain_m2 += area_m2 * expected_here;
             place.push(p);
             normal.push(n);
-            due.push(owed);
+            expected.push(expected_here);
         }
         let along = self.measured.noise_sd_m.max(0.3 * template.field.cell_m());
         let across = self.measured.noise_sd_m.max(0.7 * area_m2.sqrt());
@@ -244,15 +277,20 @@ impl Case<'_> {
             let (mut sum, mut plain) = (0.0_f32, 0.0_f32);
             grid.for_each_within(point.position, 3.0 * along.max(across), |i, q, d2| {
                 let off = (point.position - q).dot(normal[i as usize]);
-                let exponent = (off / along).powi(2) + (d2 - off * off).max(0.0) / (across * across);
+                let exponent =
+                    (off / along).powi(2) + (d2 - off * off).max(0.0) / (across * across);
                 let near = (-0.5 * exponent).exp();
                 sum += near;
-                plain += near * due[i as usize];
+                plain += near * expected[i as usize];
             });
             explained += (sum * share + 0.02).ln();
             plain_points += plain / sum.max(1e-6);
         }
-        Account { expected: density * plain_m2, plain_points: plain_points * each, explained: explained * each }
+        Account {
+            expected: density * plain_m2,
+            plain_points: plain_points * each,
+            explained: explained * each,
+        }
     }
 
     /// Whether a place lies inside an accepted neighbour, deeper than poses err.

@@ -5,7 +5,8 @@ use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
 use pose::{Method, Places, PoseConfig, PoseError, recognise};
 use proptest::prelude::*;
 use scene::{
-    BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Judgement, Recognised, Segmentation, SensorKind, Shape, Survey,
+    BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Judgement, Recognised, Segmentation,
+    SensorKind, Shape, Survey,
 };
 use synth::{Recipe, SynthScene};
 
@@ -41,8 +42,14 @@ fn segments(made: &SynthScene, catalog: &Catalog) -> Segmentation {
         .map(|(k, b)| {
             let off = Quat::from_rotation_z(k as f32) * Vec3::new(0.12, 0.0, 0.08) * d;
             let id = b.block.0;
-            let points = (0..made.instance.len() as u32).filter(|&i| made.instance[i as usize] == id).collect();
-            CentreHypothesis { centre: b.site_from_block * catalog.get(b.model).centre + off, score: 1.0, points }
+            let points = (0..made.instance.len() as u32)
+                .filter(|&i| made.instance[i as usize] == id)
+                .collect();
+            CentreHypothesis {
+                centre: b.site_from_block * catalog.get(b.model).centre + off,
+                score: 1.0,
+                points,
+            }
         })
         .collect();
     Segmentation {
@@ -59,11 +66,17 @@ fn nothing_known(points: usize) -> Segmentation {
 
 fn judge(made: &SynthScene, found: &[Recognised], catalog: &Catalog) -> PoseScore {
     let pairs = made.scene.blocks.iter().zip(&made.occlusion);
-    let truths: Vec<TrueBlock> = pairs.map(|(&placed, &occlusion)| TrueBlock { placed, occlusion }).collect();
+    let truths: Vec<TrueBlock> =
+        pairs.map(|(&placed, &occlusion)| TrueBlock { placed, occlusion }).collect();
     score_poses(found, &truths, catalog, &PoseCriteria::default())
 }
 
-fn run(made: &SynthScene, segmentation: &Segmentation, catalog: &Catalog, config: &PoseConfig) -> Vec<Recognised> {
+fn run(
+    made: &SynthScene,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+) -> Vec<Recognised> {
     recognise(&made.survey, segmentation, catalog, config, SeedTree::new(3), &Silent).unwrap()
 }
 
@@ -79,7 +92,11 @@ fn finds_every_visible_block_of_a_pile() {
         let found = run(&made, &segments(&made, &catalog), &catalog, &PoseConfig::default());
         let score = judge(&made, &found, &catalog);
         assert!(score.counts.true_positives >= 4, "{shape:?}: {score:?}");
-        assert_eq!((score.counts.false_positives, score.counts.false_negatives), (0, 0), "{shape:?}: {score:?}");
+        assert_eq!(
+            (score.counts.false_positives, score.counts.false_negatives),
+            (0, 0),
+            "{shape:?}: {score:?}"
+        );
         assert!(score.mean_displacement_m().unwrap() < 0.02, "{shape:?}: {score:?}");
         assert!(score.mean_rotation_rad().unwrap().to_degrees() < 0.8, "{shape:?}: {score:?}");
     }
@@ -90,7 +107,8 @@ fn finds_every_visible_block_of_a_pile() {
 fn survey_lines_that_are_off_are_laid_onto_each_other() {
     let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
     let mut made = pile(&catalog, 0.01, 14);
-    let off = [Vec3::new(0.05, -0.03, 0.03), Vec3::new(-0.06, 0.02, -0.04), Vec3::new(0.01, 0.01, 0.01)];
+    let off =
+        [Vec3::new(0.05, -0.03, 0.03), Vec3::new(-0.06, 0.02, -0.04), Vec3::new(0.01, 0.01, 0.01)];
     let y = made.survey.cloud.bounds();
     // Three lines that overlap: the strip a point lies in decides how likely each is.
     made.survey.line = (0..made.instance.len())
@@ -132,7 +150,9 @@ fn sizes_six_per_cent_apart_are_told_apart() {
     // One whose size is not in its points may be left open; none may be wrong.
     assert_eq!(score.types_right + score.types_open, score.counts.true_positives, "{score:?}");
     assert!(score.types_open <= 2, "{score:?}");
-    assert!(found.iter().filter(|r| r.judgement == Judgement::Accepted).all(|r| r.runner_up.is_some()));
+    assert!(
+        found.iter().filter(|r| r.judgement == Judgement::Accepted).all(|r| r.runner_up.is_some())
+    );
 }
 
 /// Of a mixed pile of which the catalogue knew one type, the blocks of the others were once stated as that type.
@@ -153,14 +173,22 @@ fn blocks_of_no_catalogue_are_not_stated() {
     assert!(truths.len() >= 2 && truths.len() + 2 <= made.scene.blocks.len(), "a pile of both");
     let score = score_poses(&found, &truths, &known, &PoseCriteria::default());
     assert_eq!((score.counts.false_positives, score.counts.false_negatives), (0, 0), "{score:?}");
-    assert!(found.iter().any(|r| r.judgement == Judgement::NotJudged), "strangers are reported, not passed over");
+    assert!(
+        found.iter().any(|r| r.judgement == Judgement::NotJudged),
+        "foreign blocks are reported, not passed over"
+    );
 }
 
 #[test]
 fn the_thesis_way_works_on_true_segments_and_in_windows() {
     let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
     let made = pile(&catalog, 0.01, 14);
-    let thesis = PoseConfig { method: Method::Ppf, verification: false, re_search: false, ..Default::default() };
+    let thesis = PoseConfig {
+        method: Method::Ppf,
+        verification: false,
+        re_search: false,
+        ..Default::default()
+    };
     let score = judge(&made, &run(&made, &segments(&made, &catalog), &catalog, &thesis), &catalog);
     assert!(score.counts.recall().unwrap() >= 0.7, "{score:?}");
     let windows = PoseConfig { places: Places::Windows, ..thesis };
@@ -192,33 +220,51 @@ fn the_same_at_any_number_of_threads_and_canonical() {
 #[test]
 fn wrong_input_is_named() {
     let catalog = catalog(&[Shape::Cube { size: 1.0 }]);
-    let survey = |points: Vec<Vec3>| Survey { cloud: PointCloud::from_positions(points), ..Default::default() };
-    let floor: Vec<Vec3> = (0..100).map(|i| Vec3::new((i % 10) as f32, (i / 10) as f32, 0.0)).collect();
-    let go = |survey: &Survey, segmentation: &Segmentation, catalog: &Catalog, config: &PoseConfig| {
-        recognise(survey, segmentation, catalog, config, SeedTree::new(1), &Silent)
+    let survey = |points: Vec<Vec3>| Survey {
+        cloud: PointCloud::from_positions(points),
+        ..Default::default()
     };
+    let floor: Vec<Vec3> =
+        (0..100).map(|i| Vec3::new((i % 10) as f32, (i / 10) as f32, 0.0)).collect();
+    let go =
+        |survey: &Survey, segmentation: &Segmentation, catalog: &Catalog, config: &PoseConfig| {
+            recognise(survey, segmentation, catalog, config, SeedTree::new(1), &Silent)
+        };
     let (ok, known) = (PoseConfig::default(), nothing_known(100));
     let s = survey(floor.clone());
     assert_eq!(go(&s, &known, &Catalog::default(), &ok), Err(PoseError::NoModels));
-    assert_eq!(go(&s, &nothing_known(3), &catalog, &ok), Err(PoseError::LabelCount { labels: 3, points: 100 }));
+    assert_eq!(
+        go(&s, &nothing_known(3), &catalog, &ok),
+        Err(PoseError::LabelCount { labels: 3, points: 100 })
+    );
     let mut bad = nothing_known(100);
     bad.hypotheses.push(CentreHypothesis { centre: Vec3::ZERO, score: 1.0, points: vec![100] });
-    assert_eq!(go(&s, &bad, &catalog, &ok), Err(PoseError::BadPoint { hypothesis: 0, point: 100, points: 100 }));
+    assert_eq!(
+        go(&s, &bad, &catalog, &ok),
+        Err(PoseError::BadPoint { hypothesis: 0, point: 100, points: 100 })
+    );
     let mut holed = floor.clone();
     holed[7].y = f32::NAN;
     assert_eq!(go(&survey(holed), &known, &catalog, &ok), Err(PoseError::NotFinite { point: 7 }));
     let millimetres = survey(floor.iter().map(|p| *p * 1e-3).collect());
     assert!(matches!(go(&millimetres, &known, &catalog, &ok), Err(PoseError::WrongScale { .. })));
     let config = PoseConfig { noise_sd_m: Some(0.0), ..Default::default() };
-    assert!(matches!(go(&s, &known, &catalog, &config), Err(PoseError::BadConfig { key: "noise_sd_m", .. })));
+    assert!(matches!(
+        go(&s, &known, &catalog, &config),
+        Err(PoseError::BadConfig { key: "noise_sd_m", .. })
+    ));
     assert_eq!(go(&survey(Vec::new()), &nothing_known(0), &catalog, &ok), Ok(Vec::new()));
 }
 
 fn one_segment(points: Vec<Vec3>, centre: Vec3) -> (Survey, Segmentation) {
     let n = points.len();
     let hypothesis = CentreHypothesis { centre, score: 1.0, points: (0..n as u32).collect() };
-    let segmentation =
-        Segmentation { instance: vec![1; n], confidence: vec![1.0; n], hypotheses: vec![hypothesis], instances: 1 };
+    let segmentation = Segmentation {
+        instance: vec![1; n],
+        confidence: vec![1.0; n],
+        hypotheses: vec![hypothesis],
+        instances: 1,
+    };
     let cloud = PointCloud::from_positions(points);
     (Survey { cloud, sensor: SensorKind::Uav, ..Default::default() }, segmentation)
 }

@@ -19,7 +19,16 @@ pub(crate) struct Chart {
 impl Chart {
     /// A chart whose y axis fills the height.
     pub fn new(width: f64, height: f64, x: [f64; 2], y: [f64; 2]) -> Self {
-        Self { width, height, left: 62.0, bottom: 46.0, right: 16.0, top: 14.0, x: widened(x), y: widened(y) }
+        Self {
+            width,
+            height,
+            left: 62.0,
+            bottom: 46.0,
+            right: 16.0,
+            top: 14.0,
+            x: widened(x),
+            y: widened(y),
+        }
     }
 
     /// A chart of the given width with one scale on both axes.
@@ -31,11 +40,14 @@ impl Chart {
     }
 
     pub fn px(&self, x: f64) -> f64 {
-        self.left + (x - self.x[0]) / (self.x[1] - self.x[0]) * (self.width - self.left - self.right)
+        self.left
+            + (x - self.x[0]) / (self.x[1] - self.x[0]) * (self.width - self.left - self.right)
     }
 
     pub fn py(&self, y: f64) -> f64 {
-        self.height - self.bottom - (y - self.y[0]) / (self.y[1] - self.y[0]) * (self.height - self.top - self.bottom)
+        self.height
+            - self.bottom
+            - (y - self.y[0]) / (self.y[1] - self.y[0]) * (self.height - self.top - self.bottom)
     }
 
     /// Opens the SVG element with its accessible name.
@@ -51,7 +63,8 @@ impl Chart {
     /// Grid lines, numbers and axis names.
     pub fn axes(&self, x_name: &Text, y_name: &Text) -> String {
         let mut svg = String::from("<g class=\"axes\">");
-        let (x0, x1, y0, y1) = (self.left, self.width - self.right, self.top, self.height - self.bottom);
+        let (x0, x1, y0, y1) =
+            (self.left, self.width - self.right, self.top, self.height - self.bottom);
         for (value, label) in ticks(self.x, (self.width / 90.0) as usize) {
             let x = self.px(value);
             let _ = write!(
@@ -69,10 +82,21 @@ impl Chart {
                 y + 4.0
             );
         }
-        let _ = write!(svg, "<rect x=\"{x0:.1}\" y=\"{y0:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>", x1 - x0, y1 - y0);
-        svg +=
-            &x_name.svg(&format!("x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\"", (x0 + x1) / 2.0, self.height - 8.0));
-        let turned = format!("transform=\"translate(13 {:.1}) rotate(-90)\" text-anchor=\"middle\"", (y0 + y1) / 2.0);
+        let _ = write!(
+            svg,
+            "<rect x=\"{x0:.1}\" y=\"{y0:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            x1 - x0,
+            y1 - y0
+        );
+        svg += &x_name.svg(&format!(
+            "x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\"",
+            (x0 + x1) / 2.0,
+            self.height - 8.0
+        ));
+        let turned = format!(
+            "transform=\"translate(13 {:.1}) rotate(-90)\" text-anchor=\"middle\"",
+            (y0 + y1) / 2.0
+        );
         svg + &y_name.svg(&turned) + "</g>"
     }
 
@@ -82,7 +106,13 @@ impl Chart {
         let mut pen_down = false;
         for [x, y] in points {
             if x.is_finite() && y.is_finite() {
-                let _ = write!(d, "{}{:.1} {:.1}", if pen_down { 'L' } else { 'M' }, self.px(x), self.py(y));
+                let _ = write!(
+                    d,
+                    "{}{:.1} {:.1}",
+                    if pen_down { 'L' } else { 'M' },
+                    self.px(x),
+                    self.py(y)
+                );
                 pen_down = true;
             } else {
                 pen_down = false;
@@ -105,11 +135,17 @@ fn widened([low, high]: [f64; 2]) -> [f64; 2] {
 pub(crate) fn ticks([low, high]: [f64; 2], wanted: usize) -> Vec<(f64, String)> {
     let rough = (high - low) / wanted.max(1) as f64;
     let power = 10_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough * 0.999).unwrap_or(power);
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|s| *s >= rough * 0.999)
+        .unwrap_or(power);
     let digits = (-step.log10().floor()).max(0.0) as usize;
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
-    (first..=last).map(|i| (i as f64 * step, format!("{:.digits$}", i as f64 * step).replace("-0.0", "0.0"))).collect()
+    (first..=last)
+        .map(|i| (i as f64 * step, format!("{:.digits$}", i as f64 * step).replace("-0.0", "0.0")))
+        .collect()
 }
 
 #[cfg(test)]

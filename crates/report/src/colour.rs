@@ -20,14 +20,21 @@ pub fn of_type(model: u16) -> Rgb {
 
 /// Dark blue to yellow, even in lightness (cividis); `share` in [0, 1].
 pub fn ramp(share: f32) -> Rgb {
-    const STOPS: [Rgb; 6] =
-        [[0, 32, 81], [42, 63, 108], [97, 100, 112], [140, 137, 120], [196, 178, 104], [253, 234, 69]];
+    const STOPS: [Rgb; 6] = [
+        [0, 32, 81],
+        [42, 63, 108],
+        [97, 100, 112],
+        [140, 137, 120],
+        [196, 178, 104],
+        [253, 234, 69],
+    ];
     between(&STOPS, share)
 }
 
 /// Blue below, white on, orange above; `share` in [-1, 1].
 pub fn diverging(share: f32) -> Rgb {
-    const STOPS: [Rgb; 5] = [[33, 79, 138], [140, 175, 214], [247, 247, 247], [242, 174, 114], [166, 73, 10]];
+    const STOPS: [Rgb; 5] =
+        [[33, 79, 138], [140, 175, 214], [247, 247, 247], [242, 174, 114], [166, 73, 10]];
     between(&STOPS, (share + 1.0) / 2.0)
 }
 
@@ -36,7 +43,9 @@ fn between(stops: &[Rgb], share: f32) -> Rgb {
     let v = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) } * last as f32;
     let i = (v as usize).min(last - 1);
     let f = v - i as f32;
-    std::array::from_fn(|k| (f32::from(stops[i][k]) * (1.0 - f) + f32::from(stops[i + 1][k]) * f).round() as u8)
+    std::array::from_fn(|k| {
+        (f32::from(stops[i][k]) * (1.0 - f) + f32::from(stops[i + 1][k]) * f).round() as u8
+    })
 }
 
 /// The colour as CSS.

@@ -15,7 +15,9 @@ pub enum ReportError {
         need: usize,
     },
     /// A block or placement of a type that is not in the catalogue.
-    #[error("report: block type {model} is not in the catalogue of {count} types; use the run's own catalogue")]
+    #[error(
+        "report: block type {model} is not in the catalogue of {count} types; use the run's own catalogue"
+    )]
     UnknownModel {
         /// Number of the type.
         model: u16,

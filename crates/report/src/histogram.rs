@@ -18,7 +18,8 @@ pub(crate) fn histograms(histograms: &[Histogram]) -> String {
 }
 
 fn one(h: &Histogram) -> Option<String> {
-    let mut values: Vec<f64> = h.values.iter().filter(|v| v.is_finite()).map(|v| f64::from(*v)).collect();
+    let mut values: Vec<f64> =
+        h.values.iter().filter(|v| v.is_finite()).map(|v| f64::from(*v)).collect();
     values.sort_by(f64::total_cmp);
     let (&low, &high) = (values.first()?, values.last()?);
     // Bars as wide as a round number, about as many as the root of the count.
@@ -32,7 +33,8 @@ fn one(h: &Histogram) -> Option<String> {
         counts[((v / step - first) as usize).min(bins - 1)] += 1;
     }
     let most = f64::from(*counts.iter().max()?);
-    let chart = Chart::new(420.0, 220.0, [first * step, (first + bins as f64) * step], [0.0, most * 1.08]);
+    let chart =
+        Chart::new(420.0, 220.0, [first * step, (first + bins as f64) * step], [0.0, most * 1.08]);
     let mut svg = chart.open("chart", &h.label.en);
     let unit = if h.unit.is_empty() { String::new() } else { format!(" ({})", h.unit) };
     let name = Text::new(
@@ -41,7 +43,8 @@ fn one(h: &Histogram) -> Option<String> {
     );
     svg += &chart.axes(&name, &Text::new("count", "数"));
     for (i, &n) in counts.iter().enumerate() {
-        let (x0, x1) = (chart.px((first + i as f64) * step), chart.px((first + i as f64 + 1.0) * step));
+        let (x0, x1) =
+            (chart.px((first + i as f64) * step), chart.px((first + i as f64 + 1.0) * step));
         let y = chart.py(f64::from(n));
         let height = chart.py(0.0) - y;
         let _ = write!(
@@ -53,7 +56,8 @@ fn one(h: &Histogram) -> Option<String> {
     }
     let median = values[values.len() / 2];
     let x = chart.px(median);
-    let _ = write!(svg, "<path class=\"median\" d=\"M{x:.1} {:.1}V{:.1}\"/>", chart.top, chart.py(0.0));
+    let _ =
+        write!(svg, "<path class=\"median\" d=\"M{x:.1} {:.1}V{:.1}\"/>", chart.top, chart.py(0.0));
     let missing = h.values.len() - values.len();
     let (mut en, mut ja) = (
         format!("n = {}, median {median:.3} {}", values.len(), h.unit),

@@ -20,7 +20,9 @@ mod table;
 mod view_data;
 
 pub use error::ReportError;
-pub use input::{Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind};
+pub use input::{
+    Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind,
+};
 pub use page::html;
 pub use picture::{pile_picture, site_picture};
 pub use still::{Camera, Image, Lens, StillMesh, StillPoints, still};

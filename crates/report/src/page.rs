@@ -46,7 +46,8 @@ pub fn html(input: &ReportInput) -> Result<String, ReportError> {
 
 /// Replaces each `{{name}}` once, left to right, so that nothing a user wrote is taken for a name.
 fn fill(template: &str, parts: &[(&str, String)]) -> String {
-    let mut page = String::with_capacity(template.len() + parts.iter().map(|p| p.1.len()).sum::<usize>());
+    let mut page =
+        String::with_capacity(template.len() + parts.iter().map(|p| p.1.len()).sum::<usize>());
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
         let (name, after) = after.split_once("}}").expect("the template closes what it opens");
@@ -87,7 +88,8 @@ fn figures(input: &ReportInput) -> String {
         );
     }
     for f in &input.figures {
-        let note = if f.note.en.is_empty() { String::new() } else { format!("<p>{}</p>", f.note.html()) };
+        let note =
+            if f.note.en.is_empty() { String::new() } else { format!("<p>{}</p>", f.note.html()) };
         let _ = write!(
             html,
             "<div class=\"figure\"><dt>{}</dt><dd>{} <small>{}</small></dd>{note}</div>",
@@ -103,8 +105,11 @@ fn warnings(input: &ReportInput) -> String {
     if input.warnings.is_empty() {
         return String::new();
     }
-    let items: String =
-        input.warnings.iter().map(|w| format!("<li><b>{}</b> {}</li>", escape(w.stage), escape(&w.message))).collect();
+    let items: String = input
+        .warnings
+        .iter()
+        .map(|w| format!("<li><b>{}</b> {}</li>", escape(w.stage), escape(&w.message)))
+        .collect();
     format!("<aside id=\"warnings\"><h2>{}</h2><ul>{items}</ul></aside>", t("Warnings", "警告"))
 }
 
@@ -112,8 +117,12 @@ fn assumptions(input: &ReportInput) -> String {
     if input.assumptions.is_empty() {
         return String::new();
     }
-    let items: String = input.assumptions.iter().map(|a| format!("<li>{}</li>", a.html())).collect();
-    format!("<section id=\"assumptions\"><h2>{}</h2><ul>{items}</ul></section>", t("Assumptions", "前提条件"))
+    let items: String =
+        input.assumptions.iter().map(|a| format!("<li>{}</li>", a.html())).collect();
+    format!(
+        "<section id=\"assumptions\"><h2>{}</h2><ul>{items}</ul></section>",
+        t("Assumptions", "前提条件")
+    )
 }
 
 fn provenance(input: &ReportInput) -> String {
@@ -124,7 +133,11 @@ fn provenance(input: &ReportInput) -> String {
         .provenance
         .iter()
         .map(|(label, value)| {
-            format!("<tr><th scope=\"row\">{}</th><td><code>{}</code></td></tr>", label.html(), escape(value))
+            format!(
+                "<tr><th scope=\"row\">{}</th><td><code>{}</code></td></tr>",
+                label.html(),
+                escape(value)
+            )
         })
         .collect();
     format!(

@@ -15,7 +15,8 @@ pub(crate) fn plan_view(input: &ReportInput) -> Result<String, ReportError> {
     if bounds.is_empty() {
         return Ok(String::new());
     }
-    let mut html = format!("<section id=\"map\"><h2>{}</h2><div class=\"maps\">", t("Plan view", "平面図"));
+    let mut html =
+        format!("<section id=\"map\"><h2>{}</h2><div class=\"maps\">", t("Plan view", "平面図"));
     html += &block_map(input, &bounds)?;
     for layer in &input.maps {
         html += &heat_map(input, layer, &bounds)?;
@@ -51,7 +52,10 @@ fn axes(input: &ReportInput, chart: &Chart) -> String {
     let local = input.survey.frame.crs.is_empty();
     let name = |en: &str, ja: &str| {
         if local {
-            Text::from(format!("{} (m)", en.chars().next().map_or('x', |c| if c == 'e' { 'x' } else { 'y' })))
+            Text::from(format!(
+                "{} (m)",
+                en.chars().next().map_or('x', |c| if c == 'e' { 'x' } else { 'y' })
+            ))
         } else {
             Text::new(format!("{en} (m)"), format!("{ja} (m)"))
         }
@@ -62,16 +66,26 @@ fn axes(input: &ReportInput, chart: &Chart) -> String {
 fn block_map(input: &ReportInput, bounds: &Bounds) -> Result<String, ReportError> {
     let chart = chart(input, bounds, 860.0);
     let (w, h) = (chart.width - chart.left - chart.right, chart.height - chart.top - chart.bottom);
-    let colour =
-        |r: &scene::Recognised| if r.judgement == Judgement::Accepted { soft(of_type(r.model.0)) } else { NOT_JUDGED };
+    let colour = |r: &scene::Recognised| {
+        if r.judgement == Judgement::Accepted { soft(of_type(r.model.0)) } else { NOT_JUDGED }
+    };
     let mut meshes: Vec<StillMesh> = input
         .recognised
         .iter()
-        .map(|r| StillMesh { mesh: &input.catalog.get(r.model).mesh, pose: r.site_from_block, colour: colour(r) })
+        .map(|r| StillMesh {
+            mesh: &input.catalog.get(r.model).mesh,
+            pose: r.site_from_block,
+            colour: colour(r),
+        })
         .collect();
     let added = || input.plan.iter().flat_map(|p| &p.placements);
-    meshes.extend(added().map(|p| StillMesh { mesh: &input.catalog.get(p.model).mesh, pose: p.rest, colour: ADDED }));
-    let picture = still((w * 1.5) as usize, (h * 1.5) as usize, &Camera::plan(bounds), &meshes, &[]);
+    meshes.extend(added().map(|p| StillMesh {
+        mesh: &input.catalog.get(p.model).mesh,
+        pose: p.rest,
+        colour: ADDED,
+    }));
+    let picture =
+        still((w * 1.5) as usize, (h * 1.5) as usize, &Camera::plan(bounds), &meshes, &[]);
 
     let mut svg = chart.open("chart map", "plan view");
     svg += &image(&picture, &chart)?;
@@ -80,7 +94,12 @@ fn block_map(input: &ReportInput, bounds: &Bounds) -> Result<String, ReportError
     for p in added() {
         let at = p.rest.transform_point(input.catalog.get(p.model).centre);
         let (x, y) = pixel(input, &chart, at);
-        let _ = write!(svg, "<text class=\"order\" x=\"{x:.1}\" y=\"{:.1}\">{}</text>", y + 4.0, p.order);
+        let _ = write!(
+            svg,
+            "<text class=\"order\" x=\"{x:.1}\" y=\"{:.1}\">{}</text>",
+            y + 4.0,
+            p.order
+        );
     }
     svg += "</svg>";
 
@@ -113,7 +132,9 @@ fn block_map(input: &ReportInput, bounds: &Bounds) -> Result<String, ReportError
         );
     }
     let caption = t("Blocks from above", "ブロック平面図");
-    Ok(format!("<figure class=\"wide\"><figcaption>{caption}</figcaption>{svg}{legend}</p></figure>"))
+    Ok(format!(
+        "<figure class=\"wide\"><figcaption>{caption}</figcaption>{svg}{legend}</p></figure>"
+    ))
 }
 
 fn heat_map(input: &ReportInput, layer: &MapLayer, bounds: &Bounds) -> Result<String, ReportError> {
@@ -128,11 +149,17 @@ fn heat_map(input: &ReportInput, layer: &MapLayer, bounds: &Bounds) -> Result<St
     });
     let picture = crate::Image { width: w, height: h, rgba: rgba.collect() };
     let origin = input.survey.frame.origin;
-    let (east, north) = (origin[0] + f64::from(map.origin[0]), origin[1] + f64::from(map.origin[1]));
+    let (east, north) =
+        (origin[0] + f64::from(map.origin[0]), origin[1] + f64::from(map.origin[1]));
     let (x0, x1) = (chart.px(east), chart.px(east + f64::from(map.cell_m) * w as f64));
     let (y0, y1) = (chart.py(north + f64::from(map.cell_m) * h as f64), chart.py(north));
     let mut svg = chart.open("chart map", &layer.label.en);
-    let clip = [chart.left, chart.top, chart.width - chart.left - chart.right, chart.height - chart.top - chart.bottom];
+    let clip = [
+        chart.left,
+        chart.top,
+        chart.width - chart.left - chart.right,
+        chart.height - chart.top - chart.bottom,
+    ];
     let _ = write!(
         svg,
         "<svg x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" viewBox=\"{:.1} {:.1} {:.1} {:.1}\">\
@@ -153,7 +180,11 @@ fn heat_map(input: &ReportInput, layer: &MapLayer, bounds: &Bounds) -> Result<St
     svg += &outlines(input, &chart);
     let stops: String = (0..=8)
         .map(|k| {
-            format!("<stop offset=\"{}%\" stop-color=\"{}\"/>", k as f32 * 12.5, css(diverging(k as f32 / 4.0 - 1.0)))
+            format!(
+                "<stop offset=\"{}%\" stop-color=\"{}\"/>",
+                k as f32 * 12.5,
+                css(diverging(k as f32 / 4.0 - 1.0))
+            )
         })
         .collect();
     let unit = escape(&layer.unit);
@@ -185,7 +216,8 @@ fn outlines(input: &ReportInput, chart: &Chart) -> String {
         let _ = write!(svg, "<path class=\"cut\" d=\"M{ax:.1} {ay:.1}L{bx:.1} {by:.1}\"/>");
         // Along the cut, so that the names of near cuts stand side by side.
         let turn = (by - ay).atan2(bx - ax).to_degrees();
-        let (turn, anchor) = if turn > 90.0 || turn <= -90.0 { (turn + 180.0, "start") } else { (turn, "end") };
+        let (turn, anchor) =
+            if turn > 90.0 || turn <= -90.0 { (turn + 180.0, "start") } else { (turn, "end") };
         let (x, y) = (bx + (ax - bx) * 0.02, by + (ay - by) * 0.02);
         let at = format!(
             "class=\"cutname\" transform=\"translate({x:.1} {y:.1}) rotate({turn:.1})\" dy=\"-3\" text-anchor=\"{anchor}\""
@@ -212,7 +244,10 @@ fn image(picture: &crate::Image, chart: &Chart) -> Result<String, ReportError> {
 }
 
 fn data_url(picture: &crate::Image) -> Result<String, ReportError> {
-    Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(picture.png()?)))
+    Ok(format!(
+        "data:image/png;base64,{}",
+        base64::engine::general_purpose::STANDARD.encode(picture.png()?)
+    ))
 }
 
 /// Lighter, so that what is added stands out.

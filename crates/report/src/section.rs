@@ -10,7 +10,8 @@ pub(crate) fn sections(sections: &[Section]) -> String {
     if sections.is_empty() {
         return String::new();
     }
-    let mut html = format!("<section id=\"sections\"><h2>{}</h2>{}", t("Cross-sections", "横断図"), legend());
+    let mut html =
+        format!("<section id=\"sections\"><h2>{}</h2>{}", t("Cross-sections", "横断図"), legend());
     html += "<div class=\"sections\">";
     for s in sections {
         html += &one(s);
@@ -40,7 +41,13 @@ fn legend() -> String {
 }
 
 fn one(section: &Section) -> String {
-    let finite = || section.lines.iter().flat_map(|l| &l.points).filter(|p| p[0].is_finite() && p[1].is_finite());
+    let finite = || {
+        section
+            .lines
+            .iter()
+            .flat_map(|l| &l.points)
+            .filter(|p| p[0].is_finite() && p[1].is_finite())
+    };
     let range = |axis: usize| {
         let values = || finite().map(|p| f64::from(p[axis]));
         [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
@@ -59,7 +66,11 @@ fn one(section: &Section) -> String {
         (line(section, SectionLineKind::AsIs), line(section, SectionLineKind::Planned))
     {
         let points = |l: &SectionLine| {
-            l.points.iter().filter(|p| p[1].is_finite()).map(|p| p.map(f64::from)).collect::<Vec<_>>()
+            l.points
+                .iter()
+                .filter(|p| p[1].is_finite())
+                .map(|p| p.map(f64::from))
+                .collect::<Vec<_>>()
         };
         let outline = points(planned).into_iter().chain(points(present).into_iter().rev());
         let _ = write!(svg, "<path class=\"fill\" d=\"{}Z\"/>", chart.path(outline));

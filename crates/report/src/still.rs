@@ -45,7 +45,8 @@ impl Camera {
         let lens = Lens::Perspective { distance_m: 1.0, opening_rad };
         let mut camera = Self { target, towards_eye: towards_eye.normalize(), up: Vec3::Z, lens };
         let (right, up, back) = camera.axes();
-        let (tall, wide) = ((opening_rad / 2.0).tan(), (opening_rad / 2.0).tan() * width_over_height);
+        let (tall, wide) =
+            ((opening_rad / 2.0).tan(), (opening_rad / 2.0).tan() * width_over_height);
         let half = bounds.size() / 2.0;
         let needed = (0..8).map(|i| {
             let sign = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -109,7 +110,8 @@ impl Image {
         for pixel in self.rgba.chunks_exact_mut(4) {
             let cover = u16::from(pixel[3]);
             for k in 0..3 {
-                pixel[k] = ((u16::from(pixel[k]) * cover + u16::from(ground[k]) * (255 - cover)) / 255) as u8;
+                pixel[k] = ((u16::from(pixel[k]) * cover + u16::from(ground[k]) * (255 - cover))
+                    / 255) as u8;
             }
             pixel[3] = 255;
         }
@@ -130,13 +132,21 @@ impl Image {
 }
 
 /// Draws the scene on a transparent ground.
-pub fn still(width: usize, height: usize, camera: &Camera, meshes: &[StillMesh], points: &[StillPoints]) -> Image {
+pub fn still(
+    width: usize,
+    height: usize,
+    camera: &Camera,
+    meshes: &[StillMesh],
+    points: &[StillPoints],
+) -> Image {
     const FINER: usize = 2;
     let (w, h) = (width * FINER, height * FINER);
     let view = View::new(camera, w, h);
-    let placed: Vec<TriMesh> = meshes.iter().map(|m| m.mesh.map(|v| m.pose.transform_point(v))).collect();
+    let placed: Vec<TriMesh> =
+        meshes.iter().map(|m| m.mesh.map(|v| m.pose.transform_point(v))).collect();
     let shadow = Shadow::new(&placed, camera);
-    let mut canvas = Canvas { w, h, depth: vec![f32::INFINITY; w * h], colour: vec![[0.0; 3]; w * h] };
+    let mut canvas =
+        Canvas { w, h, depth: vec![f32::INFINITY; w * h], colour: vec![[0.0; 3]; w * h] };
     for (mesh, look) in placed.iter().zip(meshes) {
         for t in 0..mesh.triangles.len() {
             let normal = mesh.triangle_normal(t);
@@ -145,7 +155,8 @@ pub fn still(width: usize, height: usize, camera: &Camera, meshes: &[StillMesh],
             let diffuse = normal.dot(shadow.light).max(0.0);
             let sky = 0.5 + 0.5 * normal.z;
             canvas.triangle(projected, |at| {
-                let lit = if diffuse > 0.0 { diffuse * shadow.lit(at(corners), normal) } else { 0.0 };
+                let lit =
+                    if diffuse > 0.0 { diffuse * shadow.lit(at(corners), normal) } else { 0.0 };
                 let shade = 0.30 + 0.25 * sky + 0.55 * lit;
                 look.colour.map(|c| linear(c) * shade)
             });
@@ -185,11 +196,22 @@ impl View {
         let (right, up, back) = camera.axes();
         let span_m = match camera.lens {
             Lens::Parallel { height_m } => height_m,
-            Lens::Perspective { distance_m, opening_rad } => 2.0 * distance_m * (opening_rad / 2.0).tan(),
+            Lens::Perspective { distance_m, opening_rad } => {
+                2.0 * distance_m * (opening_rad / 2.0).tan()
+            }
         };
         let px = h as f32 / span_m.max(1e-9);
         let middle = Vec2::new(w as f32, h as f32) / 2.0;
-        Self { right, up, back, target: camera.target, lens: camera.lens, middle, px, scale_m: 1.0 / px }
+        Self {
+            right,
+            up,
+            back,
+            target: camera.target,
+            lens: camera.lens,
+            middle,
+            px,
+            scale_m: 1.0 / px,
+        }
     }
 
     /// Pixel and depth (metres from the target, growing away from the eye); `None` behind the eye.
@@ -206,7 +228,11 @@ impl View {
                 distance_m / away
             }
         };
-        Some(Vec3::new(self.middle.x + x * self.px * shrink, self.middle.y - y * self.px * shrink, depth))
+        Some(Vec3::new(
+            self.middle.x + x * self.px * shrink,
+            self.middle.y - y * self.px * shrink,
+            depth,
+        ))
     }
 
     fn triangle(&self, corners: [Vec3; 3]) -> Option<[Vec3; 3]> {
@@ -228,13 +254,23 @@ impl Shadow {
         let (right, up, back) = camera.axes();
         let light = (back * 0.5 + up * 0.6 - right * 0.75 + Vec3::Z * 0.9).normalize();
         let bounds = Bounds::of(meshes.iter().flat_map(|m| m.vertices.iter().copied()));
-        let bounds = if bounds.is_empty() { Bounds { min: Vec3::ZERO, max: Vec3::ONE } } else { bounds };
+        let bounds =
+            if bounds.is_empty() { Bounds { min: Vec3::ZERO, max: Vec3::ONE } } else { bounds };
         let lens = Lens::Parallel { height_m: bounds.size().length() };
-        let from_light =
-            Camera { target: bounds.centre(), towards_eye: light, up: light.any_orthonormal_vector(), lens };
+        let from_light = Camera {
+            target: bounds.centre(),
+            towards_eye: light,
+            up: light.any_orthonormal_vector(),
+            lens,
+        };
         let view = View::new(&from_light, Self::EDGE, Self::EDGE);
         let n = Self::EDGE * Self::EDGE;
-        let mut depth = Canvas { w: Self::EDGE, h: Self::EDGE, depth: vec![f32::INFINITY; n], colour: Vec::new() };
+        let mut depth = Canvas {
+            w: Self::EDGE,
+            h: Self::EDGE,
+            depth: vec![f32::INFINITY; n],
+            colour: Vec::new(),
+        };
         for mesh in meshes {
             for t in 0..mesh.triangles.len() {
                 if let Some(corners) = view.triangle(mesh.corners(t)) {
@@ -275,8 +311,9 @@ impl Canvas {
         if area.abs() < 1e-9 || !area.is_finite() {
             return;
         }
-        let range =
-            |lo: f32, hi: f32, n: usize| (lo.floor().max(0.0) as usize)..(hi.ceil().clamp(0.0, n as f32) as usize);
+        let range = |lo: f32, hi: f32, n: usize| {
+            (lo.floor().max(0.0) as usize)..(hi.ceil().clamp(0.0, n as f32) as usize)
+        };
         let (w, h) = (self.w, self.h);
         for y in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y), h) {
             for x in range(a.x.min(b.x).min(c.x), a.x.max(b.x).max(c.x), w) {
@@ -301,7 +338,11 @@ impl Canvas {
         self.cover(corners, |_, _, _| {});
     }
 
-    fn triangle(&mut self, projected: [Vec3; 3], colour: impl Fn(&dyn Fn([Vec3; 3]) -> Vec3) -> [f32; 3]) {
+    fn triangle(
+        &mut self,
+        projected: [Vec3; 3],
+        colour: impl Fn(&dyn Fn([Vec3; 3]) -> Vec3) -> [f32; 3],
+    ) {
         self.cover(projected, |canvas, i, [wa, wb, wc]| {
             canvas.colour[i] = colour(&|[a, b, c]| a * wa + b * wb + c * wc);
         });
@@ -332,7 +373,9 @@ impl Canvas {
                 }
                 let (x, y) = ((i % self.w) as isize, (i / self.w) as isize);
                 let mut nearer = 0.0;
-                for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)] {
+                for (dx, dy) in
+                    [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)]
+                {
                     let (x, y) = (x + dx * reach, y + dy * reach);
                     if x >= 0 && y >= 0 && (x as usize) < self.w && (y as usize) < self.h {
                         let there = self.depth[y as usize * self.w + x as usize];

@@ -27,8 +27,9 @@ pub(crate) fn found(input: &ReportInput) -> String {
     let open_type = t("type not judged", "種類判定不能");
     for r in input.recognised {
         let [x, y, z] = centre(input, r.model, &r.site_from_block);
-        let second =
-            r.runner_up.map_or(String::new(), |(m, fit)| format!("{} ({:.0} mm)", name(input, m), fit * 1000.0));
+        let second = r.runner_up.map_or(String::new(), |(m, fit)| {
+            format!("{} ({:.0} mm)", name(input, m), fit * 1000.0)
+        });
         let judged = match r.judgement {
             Judgement::Accepted => t("accepted", "採用"),
             Judgement::NotJudged => t("not judged", "判定不能"),
@@ -37,7 +38,11 @@ pub(crate) fn found(input: &ReportInput) -> String {
             html,
             "<tr id=\"block-{id}\" data-block=\"{id}\" tabindex=\"0\"><td>{id}</td><td>{}</td><td>{x:.3}</td><td>{y:.3}</td><td>{z:.3}</td>\
              <td>{:.2}</td><td>{:.0}</td><td>{:.0}</td><td>{second}</td><td>{judged}</td></tr>",
-            if r.type_judged { name(input, r.model) } else { format!("{} ({})", name(input, r.model), open_type) },
+            if r.type_judged {
+                name(input, r.model)
+            } else {
+                format!("{} ({})", name(input, r.model), open_type)
+            },
             r.confidence,
             r.fitness_m * 1000.0,
             r.occlusion * 100.0,
@@ -76,7 +81,8 @@ pub(crate) fn placements(input: &ReportInput) -> String {
             state(p.state).html(),
         );
     };
-    let mut html = open("placements", &t("Blocks to place, in order", "据付ブロック (施工順)"), &heads);
+    let mut html =
+        open("placements", &t("Blocks to place, in order", "据付ブロック (施工順)"), &heads);
     for p in &plan.placements {
         row(&mut html, p, format!("id=\"place-{0}\" data-place=\"{0}\" tabindex=\"0\"", p.order));
     }
@@ -102,9 +108,14 @@ pub(crate) fn types(input: &ReportInput) -> String {
     ];
     let mut html = open("types", &t("Block types", "ブロックの種類"), &heads);
     for (id, m) in input.catalog.iter() {
-        let found = input.recognised.iter().filter(|r| r.model == id && r.judgement == Judgement::Accepted).count();
+        let found = input
+            .recognised
+            .iter()
+            .filter(|r| r.model == id && r.judgement == Judgement::Accepted)
+            .count();
         let added = input.plan.map_or(0, |p| p.placements.iter().filter(|p| p.model == id).count());
-        let round = if m.symmetry.axis().is_some() { "∞".into() } else { m.symmetry.order().to_string() };
+        let round =
+            if m.symmetry.axis().is_some() { "∞".into() } else { m.symmetry.order().to_string() };
         let _ = write!(
             html,
             "<tr><td>{}</td><td>{found}</td><td>{added}</td><td>{}</td><td>{}</td><td>{}</td><td>{round}</td></tr>",
@@ -127,16 +138,25 @@ fn digits(v: f32) -> String {
 }
 
 fn open(id: &str, title: &str, heads: &[(&str, &str, &str)]) -> String {
-    let mut html = format!("<section id=\"{id}\"><h2>{title}</h2><div class=\"scroll\"><table><thead><tr>");
+    let mut html =
+        format!("<section id=\"{id}\"><h2>{title}</h2><div class=\"scroll\"><table><thead><tr>");
     for (en, ja, unit) in heads {
         let unit = if unit.is_empty() { String::new() } else { format!("<small> {unit}</small>") };
-        let _ = write!(html, "<th scope=\"col\"><button type=\"button\">{}{unit}</button></th>", t(en, ja));
+        let _ = write!(
+            html,
+            "<th scope=\"col\"><button type=\"button\">{}{unit}</button></th>",
+            t(en, ja)
+        );
     }
     html + "</tr></thead><tbody>"
 }
 
 fn centre(input: &ReportInput, model: ModelId, pose: &Pose) -> [f64; 3] {
-    input.survey.frame.site_from_local(pose.transform_point(input.catalog.get(model).centre)).to_array()
+    input
+        .survey
+        .frame
+        .site_from_local(pose.transform_point(input.catalog.get(model).centre))
+        .to_array()
 }
 
 fn name(input: &ReportInput, model: ModelId) -> String {

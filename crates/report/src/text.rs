@@ -29,7 +29,9 @@ impl Text {
         if self.ja.is_empty() || self.ja == self.en {
             return format!("<{tag} {attributes}>{}</{tag}>", escape(&self.en)).replace(" >", ">");
         }
-        let one = |lang: &str, words: &str| format!("<{tag} lang=\"{lang}\" {attributes}>{}</{tag}>", escape(words));
+        let one = |lang: &str, words: &str| {
+            format!("<{tag} lang=\"{lang}\" {attributes}>{}</{tag}>", escape(words))
+        };
         (one("en", &self.en) + &one("ja", &self.ja)).replace(" >", ">")
     }
 }

@@ -107,7 +107,10 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
         outlines: input
             .outlines
             .iter()
-            .map(|o| Line { closed: o.closed, points: o.points.iter().map(|p| p.to_array()).collect() })
+            .map(|o| Line {
+                closed: o.closed,
+                points: o.points.iter().map(|p| p.to_array()).collect(),
+            })
             .collect(),
         origin: input.survey.frame.origin,
         review: input.review,
@@ -127,7 +130,11 @@ fn numbers(pose: &Pose) -> [f32; 7] {
 pub(crate) fn check(input: &ReportInput) -> Result<(), ReportError> {
     let known = |model: ModelId| {
         let count = input.catalog.len();
-        if (model.0 as usize) < count { Ok(()) } else { Err(ReportError::UnknownModel { model: model.0, count }) }
+        if (model.0 as usize) < count {
+            Ok(())
+        } else {
+            Err(ReportError::UnknownModel { model: model.0, count })
+        }
     };
     let finite = |what, number, pose: &Pose| {
         let ok = numbers(pose).iter().all(|v| v.is_finite());
@@ -156,8 +163,11 @@ pub(crate) fn check(input: &ReportInput) -> Result<(), ReportError> {
 fn points(input: &ReportInput, blob: &mut Blob) -> Result<Points, ReportError> {
     let cloud = &input.survey.cloud;
     let bounds = cloud.bounds();
-    let (min, size) =
-        if bounds.is_empty() { (Vec3::ZERO, Vec3::ONE) } else { (bounds.min, bounds.size().max(Vec3::splat(1e-6))) };
+    let (min, size) = if bounds.is_empty() {
+        (Vec3::ZERO, Vec3::ONE)
+    } else {
+        (bounds.min, bounds.size().max(Vec3::splat(1e-6)))
+    };
     let mut instance = vec![0_u32; cloud.len()];
     for (number, r) in input.recognised.iter().enumerate() {
         for &i in &r.points {
@@ -167,8 +177,12 @@ fn points(input: &ReportInput, blob: &mut Blob) -> Result<Points, ReportError> {
         }
     }
     let grid = |p: Vec3| ((p - min) / size * 65535.0).round().to_array().map(|v| v as u16);
-    let mut order: Vec<(u64, [u16; 3], u32)> =
-        cloud.position_m.iter().enumerate().map(|(i, p)| (morton(grid(*p)), grid(*p), i as u32)).collect();
+    let mut order: Vec<(u64, [u16; 3], u32)> = cloud
+        .position_m
+        .iter()
+        .enumerate()
+        .map(|(i, p)| (morton(grid(*p)), grid(*p), i as u32))
+        .collect();
     order.sort_unstable();
     let shown = order.len().min(input.max_points.max(1));
     let kept: Vec<_> = (0..shown).map(|k| order[k * order.len() / shown]).collect();

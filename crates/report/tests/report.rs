@@ -24,11 +24,19 @@ fn fixture() -> Fixture {
     let mut rng = SeedTree::new(1).rng();
     let (mut recognised, mut positions) = (Vec::new(), Vec::new());
     for k in 0..6_u32 {
-        let pose = Pose::from_parts(Vec3::new(2.5 * k as f32, 0.3 * k as f32, 1.0), Quat::from_rotation_x(k as f32));
+        let pose = Pose::from_parts(
+            Vec3::new(2.5 * k as f32, 0.3 * k as f32, 1.0),
+            Quat::from_rotation_x(k as f32),
+        );
         let model = ModelId(u16::from(k == 2));
         let start = positions.len() as u32;
         positions.extend(
-            catalog.get(model).mesh.sample_surface(400, &mut rng).iter().map(|(p, _)| pose.transform_point(*p)),
+            catalog
+                .get(model)
+                .mesh
+                .sample_surface(400, &mut rng)
+                .iter()
+                .map(|(p, _)| pose.transform_point(*p)),
         );
         recognised.push(Recognised {
             block: InstanceId(k + 1),
@@ -56,15 +64,24 @@ fn fixture() -> Fixture {
         state,
     };
     let plan = Plan {
-        placements: vec![placement(1, 2.0, PlacementState::Kept), placement(2, 6.0, PlacementState::Kept)],
+        placements: vec![
+            placement(1, 2.0, PlacementState::Kept),
+            placement(2, 6.0, PlacementState::Kept),
+        ],
         removed: vec![placement(3, 9.0, PlacementState::Overflow)],
         summary: PlanSummary::default(),
     };
-    let distance = positions.iter().map(|p| if p.x > 10.0 { f32::NAN } else { 2.0 - p.z }).collect();
+    let distance =
+        positions.iter().map(|p| if p.x > 10.0 { f32::NAN } else { 2.0 - p.z }).collect();
     let mut map = HeightMap::empty(Vec2::new(0.0, -1.0), Vec2::new(12.0, 3.0), 0.5);
     map.fill_with(|x, y| if y > 2.0 { f32::NAN } else { x / 12.0 - 0.5 });
-    let frame = SiteFrame { origin: [-62334.5, -42211.25, 0.5], crs: "EPSG:6679".into(), vertical_datum: EVIL.into() };
-    let survey = Survey { cloud: PointCloud::from_positions(positions), frame, ..Survey::default() };
+    let frame = SiteFrame {
+        origin: [-62334.5, -42211.25, 0.5],
+        crs: "EPSG:6679".into(),
+        vertical_datum: EVIL.into(),
+    };
+    let survey =
+        Survey { cloud: PointCloud::from_positions(positions), frame, ..Survey::default() };
     Fixture { survey, catalog, recognised, plan, distance, map }
 }
 
@@ -76,9 +93,16 @@ fn input(f: &Fixture) -> ReportInput<'_> {
     input.point_distance_m = &f.distance;
     input.count = Some(Count { blocks: 2, p10_p90: Some((1, 3)), basis: Text::new(EVIL, EVIL) });
     input.figures = vec![Figure::new(Text::new("Void", "空隙"), EVIL, EVIL)];
-    input.outlines = vec![Outline { label: EVIL.into(), points: vec![Vec3::ZERO, Vec3::X, Vec3::Y], closed: true }];
+    input.outlines = vec![Outline {
+        label: EVIL.into(),
+        points: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        closed: true,
+    }];
     input.maps = vec![MapLayer { label: EVIL.into(), unit: EVIL.into(), values: &f.map }];
-    let line = |kind, z: f32| SectionLine { kind, points: vec![[0.0, z], [1.0, f32::NAN], [2.0, z], [4.0, z + 1.0]] };
+    let line = |kind, z: f32| SectionLine {
+        kind,
+        points: vec![[0.0, z], [1.0, f32::NAN], [2.0, z], [4.0, z + 1.0]],
+    };
     input.sections = vec![Section {
         label: EVIL.into(),
         from: Vec2::ZERO,
@@ -89,7 +113,11 @@ fn input(f: &Fixture) -> ReportInput<'_> {
             line(SectionLineKind::Planned, 2.0),
         ],
     }];
-    input.histograms = vec![Histogram { label: EVIL.into(), unit: EVIL.into(), values: vec![1.0, 2.0, 2.5, f32::NAN] }];
+    input.histograms = vec![Histogram {
+        label: EVIL.into(),
+        unit: EVIL.into(),
+        values: vec![1.0, 2.0, 2.5, f32::NAN],
+    }];
     input.assumptions = vec![EVIL.into()];
     input.warnings = vec![Warning { stage: "pose", message: EVIL.into() }];
     input.provenance = vec![(EVIL.into(), EVIL.into())];
@@ -107,7 +135,8 @@ fn json(page: &str) -> serde_json::Value {
 }
 
 fn blob(page: &str) -> Vec<u8> {
-    let packed = base64::engine::general_purpose::STANDARD.decode(element(page, "view-blob")).unwrap();
+    let packed =
+        base64::engine::general_purpose::STANDARD.decode(element(page, "view-blob")).unwrap();
     let mut bytes = Vec::new();
     flate2::read::GzDecoder::new(&packed[..]).read_to_end(&mut bytes).unwrap();
     bytes
@@ -131,12 +160,16 @@ fn undelta(bytes: &[u8], span: &serde_json::Value) -> Vec<u16> {
 fn the_page_asks_nobody_for_anything() {
     let f = fixture();
     let page = html(&input(&f)).unwrap();
-    for word in ["http:", "https:", "//cdn", "@import", "url(", "<link", "import(", "fetch(", " src="] {
+    for word in
+        ["http:", "https:", "//cdn", "@import", "url(", "<link", "import(", "fetch(", " src="]
+    {
         let found = page.find(word).map(|i| &page[i..page.len().min(i + 60)]);
         assert!(found.is_none_or(|at| at.starts_with("url(#")), "{word}: {found:?}");
     }
     assert!(page.contains("default-src 'none'"));
-    assert!(page.matches("href=\"").count() == page.matches("href=\"data:image/png;base64,").count());
+    assert!(
+        page.matches("href=\"").count() == page.matches("href=\"data:image/png;base64,").count()
+    );
 }
 
 #[test]
@@ -161,13 +194,16 @@ fn every_element_is_closed() {
         let inside = tag.split_once('>').expect("every tag ends").0;
         let name = inside.trim_start_matches('/').split([' ', '/']).next().unwrap();
         match inside {
-            _ if inside.starts_with('/') => assert_eq!(open.pop(), Some(name), "{}", &tag[..tag.len().min(60)]),
+            _ if inside.starts_with('/') => {
+                assert_eq!(open.pop(), Some(name), "{}", &tag[..tag.len().min(60)])
+            }
             _ if inside.ends_with('/') || name == "input" => {}
             _ => open.push(name),
         }
     }
     assert_eq!(open, Vec::<&str>::new());
-    let ids: Vec<&str> = page.split(" id=\"").skip(1).map(|s| s.split('"').next().unwrap()).collect();
+    let ids: Vec<&str> =
+        page.split(" id=\"").skip(1).map(|s| s.split('"').next().unwrap()).collect();
     let unique: std::collections::BTreeSet<_> = ids.iter().collect();
     assert_eq!(unique.len(), ids.len());
 }
@@ -184,9 +220,10 @@ fn points_and_blocks_come_back_as_they_went_in() {
     let number = |key: &str, a: usize| p[key][a].as_f64().unwrap() as f32;
     let mut error = 0.0_f32;
     for i in 0..2400 {
-        let place = Vec3::from_array(
-            [0, 1, 2].map(|a| number("min", a) + f32::from(columns[a][i]) / 65535.0 * number("size", a)),
-        );
+        let place =
+            Vec3::from_array([0, 1, 2].map(|a| {
+                number("min", a) + f32::from(columns[a][i]) / 65535.0 * number("size", a)
+            }));
         let (k, off) = f
             .survey
             .cloud
@@ -200,7 +237,10 @@ fn points_and_blocks_come_back_as_they_went_in() {
         assert_eq!(usize::from(instance[i]), k / 400 + 1);
         match f.distance[k] {
             d if d.is_nan() => assert_eq!(distance[i], 0),
-            d => assert!(((f32::from(distance[i]) - 32768.0) / 32767.0 * 2.0 - d.clamp(-2.0, 2.0)).abs() < 1e-3),
+            d => assert!(
+                ((f32::from(distance[i]) - 32768.0) / 32767.0 * 2.0 - d.clamp(-2.0, 2.0)).abs()
+                    < 1e-3
+            ),
         }
     }
     assert!(error < 2e-4, "{error}");
@@ -231,7 +271,10 @@ fn a_large_cloud_is_thinned_and_says_so() {
     let mut few = input(&f);
     few.max_points = 100;
     let data = json(&html(&few).unwrap());
-    assert_eq!((data["points"]["shown"].as_u64(), data["points"]["total"].as_u64()), (Some(100), Some(2400)));
+    assert_eq!(
+        (data["points"]["shown"].as_u64(), data["points"]["total"].as_u64()),
+        (Some(100), Some(2400))
+    );
 }
 
 #[test]
@@ -253,7 +296,10 @@ fn what_does_not_fit_is_named() {
     let f = fixture();
     let mut short = input(&f);
     short.point_distance_m = &f.distance[1..];
-    assert_eq!(html(&short).unwrap_err().to_string(), "report: `point_distance_m` has 2399 values for 2400 points");
+    assert_eq!(
+        html(&short).unwrap_err().to_string(),
+        "report: `point_distance_m` has 2399 values for 2400 points"
+    );
     let mut strange = f.recognised.clone();
     strange[1].model = ModelId(7);
     let mut unknown = input(&f);
@@ -286,7 +332,11 @@ fn a_site_is_a_picture_of_its_blocks() {
     let image = site_picture(&input(&f), 120, 80);
     let drawn = image.rgba.chunks(4).filter(|p| p[3] == 255).count();
     assert!((800..8000).contains(&drawn), "{drawn}");
-    let orange = image.rgba.chunks(4).filter(|p| p[3] == 255 && p[0] > 2 * p[2].max(1) && p[0] > 100).count();
+    let orange = image
+        .rgba
+        .chunks(4)
+        .filter(|p| p[3] == 255 && p[0] > 2 * p[2].max(1) && p[0] > 100)
+        .count();
     assert!(orange > 50, "{orange}");
     assert!(image.on([255, 255, 255]).rgba.chunks(4).all(|p| p[3] == 255));
     let empty = ReportInput::new("", &f.survey, &f.catalog);

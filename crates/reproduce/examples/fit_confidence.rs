@@ -17,7 +17,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let unit_m = scales(&set.catalog)?[0];
         for index in 0..scenes {
             let made = set.scene(seed, index)?;
-            let centre_m = made.scene.blocks.iter().map(|b| b.site_from_block * set.catalog.get(b.model).centre);
+            let centre_m = made
+                .scene
+                .blocks
+                .iter()
+                .map(|b| b.site_from_block * set.catalog.get(b.model).centre);
             let scene = LabelledScene {
                 centre_m: centre_m.collect(),
                 instance: made.instance,

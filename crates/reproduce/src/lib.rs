@@ -109,7 +109,9 @@ pub fn find(name: &str) -> Option<&'static Experiment> {
 pub fn page(experiment: &Experiment, bench: &Bench) -> Result<String, ReproduceError> {
     let body = (experiment.body)(bench)?;
     let Settings { scenes, seed, steps, repeats, percent } = bench.settings;
-    let options = format!("--scenes {scenes} --seed {seed} --steps {steps} --repeats {repeats} --percent {percent}");
+    let options = format!(
+        "--scenes {scenes} --seed {seed} --steps {steps} --repeats {repeats} --percent {percent}"
+    );
     let model = if bench.model.is_some() { " --model MODEL" } else { "" };
     Ok(format!(
         "# {}: {}\n\n`tsumu reproduce {} {options}{model}`, tsumu {}.\n\n{body}",
@@ -123,7 +125,12 @@ pub fn page(experiment: &Experiment, bench: &Bench) -> Result<String, ReproduceE
 /// One line that identifies weights: what they are and the BLAKE3 hash of their file.
 pub fn weights_line(model: &SegmentModel) -> Result<String, ReproduceError> {
     let hash = blake3::hash(&model.to_bytes()?).to_hex();
-    Ok(format!("{}, {} steps, BLAKE3 {}…", model.description.name, model.description.steps, &hash[..16]))
+    Ok(format!(
+        "{}, {} steps, BLAKE3 {}…",
+        model.description.name,
+        model.description.steps,
+        &hash[..16]
+    ))
 }
 
 #[cfg(test)]

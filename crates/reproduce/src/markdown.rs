@@ -21,8 +21,11 @@ pub struct Table {
 impl Table {
     /// An empty table with these heads; the first column holds words, the others numbers.
     pub fn new(heads: &[&str]) -> Self {
-        let aligned: Vec<(&str, Align)> =
-            heads.iter().enumerate().map(|(i, h)| (*h, if i == 0 { Align::Left } else { Align::Right })).collect();
+        let aligned: Vec<(&str, Align)> = heads
+            .iter()
+            .enumerate()
+            .map(|(i, h)| (*h, if i == 0 { Align::Left } else { Align::Right }))
+            .collect();
         Self::aligned(&aligned)
     }
 
@@ -30,7 +33,9 @@ impl Table {
     pub fn aligned(heads: &[(&str, Align)]) -> Self {
         let mut table = Self { text: String::new(), columns: heads.len() };
         table.line(heads.iter().map(|h| h.0.to_string()));
-        table.line(heads.iter().map(|h| if h.1 == Align::Left { "---" } else { "---:" }.to_string()));
+        table.line(
+            heads.iter().map(|h| if h.1 == Align::Left { "---" } else { "---:" }.to_string()),
+        );
         table
     }
 

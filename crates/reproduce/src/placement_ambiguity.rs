@@ -11,8 +11,8 @@ use geom::SeedTree;
 use pipeline::PlacementLessons;
 use placement::{GoodPose, PlacementModel, Split, offsets, turns_rad};
 use plan::{
-    GenerateConfig, NetworkConfig, PlanConfig, PlanInput, Policy, Proposer, RandomConfig, WindowSample, each_window,
-    generate_and_test,
+    GenerateConfig, NetworkConfig, PlanConfig, PlanInput, Policy, Proposer, RandomConfig,
+    WindowSample, each_window, generate_and_test,
 };
 use scene::{BlockModel, Catalog, Shape, SiteFrame};
 use synth::Recipe;
@@ -72,17 +72,19 @@ const CHOICES: [&str; 6] = [
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let recipe = Recipe::parse(RECIPE)
         .map_err(|e| ReproduceError::Recipe { set: "placement".into(), message: e.to_string() })?;
-    let tetrapod = |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
-    let catalog = Catalog::new(vec![tetrapod("tetrapod-2.0m", 2.0)?, tetrapod("tetrapod-2.1m", 2.1)?]);
+    let tetrapod =
+        |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
+    let catalog =
+        Catalog::new(vec![tetrapod("tetrapod-2.0m", 2.0)?, tetrapod("tetrapod-2.1m", 2.1)?]);
     let block = catalog.get(catalog.find("tetrapod-2.1m").expect("it was just put there"));
     let model = PlacementModel::shipped()?;
     let lessons = PlacementLessons { recipe: &recipe, catalog: &catalog, block };
     let mut found = Found::default();
     for index in 0..bench.settings.scenes {
         let seed = SeedTree::new(bench.settings.seed);
-        let background = lessons
-            .background(Split::HeldOut, index, seed)
-            .map_err(|message| ReproduceError::Placement(placement::PlacementError::Background { index, message }))?;
+        let background = lessons.background(Split::HeldOut, index, seed).map_err(|message| {
+            ReproduceError::Placement(placement::PlacementError::Background { index, message })
+        })?;
         let frame = SiteFrame::default();
         let input = PlanInput {
             scene: &background.scene,
@@ -109,10 +111,22 @@ fn measure(
     let config = PlanConfig { block: Some(block.name.clone()), ..PlanConfig::default() };
     let generate = GenerateConfig { drops: DROPS, windows: WINDOWS, view: model.view(), keep: 1 };
     let searches: Vec<Vec<WindowSample>> = (0..SEARCHES)
-        .map(|s| generate_and_test(input, &config, &generate, seed.child("search", s as u64), bench.observer))
+        .map(|s| {
+            generate_and_test(
+                input,
+                &config,
+                &generate,
+                seed.child("search", s as u64),
+                bench.observer,
+            )
+        })
         .collect::<Result<_, _>>()?;
     let one = NetworkConfig { proposals: 1, nudge_cells: 0, verify: 1 };
-    let random = |drops| PlanConfig { policy: Policy::Random, random: RandomConfig { drops }, ..config.clone() };
+    let random = |drops| PlanConfig {
+        policy: Policy::Random,
+        random: RandomConfig { drops },
+        ..config.clone()
+    };
     let policies = [
         random(DROPS),
         random(1),
@@ -127,7 +141,8 @@ fn measure(
     let plans = [random(1), random(PLAN_DROPS), policies[3].clone(), policies[4].clone()];
     for (list, policy) in plans.iter().enumerate() {
         let s = plan::plan(input, policy, seed.child("plan", 0), bench.observer)?.summary;
-        let figures = (f64::from(s.blocks), f64::from(s.void_after_m3), f64::from(s.mean_distance_m));
+        let figures =
+            (f64::from(s.blocks), f64::from(s.void_after_m3), f64::from(s.mean_distance_m));
         found.plans[list].push(figures);
     }
     for window in 0..searches[0].len() {
@@ -136,16 +151,22 @@ fn measure(
         }
         let best = |s: usize| &searches[s][window].best[0];
         let off = |a: usize, b: usize| {
-            let angle = block.symmetry.rotation_error_rad(best(a).drop.rotation, best(b).drop.rotation);
+            let angle =
+                block.symmetry.rotation_error_rad(best(a).drop.rotation, best(b).drop.rotation);
             (angle.to_degrees(), (best(a).drop.translation - best(b).drop.translation).length())
         };
         let cost = |o: Offset| o.0 / ASKED.0 + o.1 / ASKED.1;
         for held in 0..SEARCHES {
             let others: Vec<usize> = (0..SEARCHES).filter(|&o| o != held).collect();
             found.pairs.extend(others.iter().map(|&o| off(o, held)));
-            let fullest = others.iter().copied().max_by(|&a, &b| best(a).filled_m3.total_cmp(&best(b).filled_m3));
+            let fullest = others
+                .iter()
+                .copied()
+                .max_by(|&a, &b| best(a).filled_m3.total_cmp(&best(b).filled_m3));
             found.oracle.push(off(fullest.expect("there are others"), held));
-            let sum = |o: usize| others.iter().filter(|&&p| p != o).map(|&p| cost(off(o, p))).sum::<f32>();
+            let sum = |o: usize| {
+                others.iter().filter(|&&p| p != o).map(|&p| cost(off(o, p))).sum::<f32>()
+            };
             let middle = others.iter().copied().min_by(|&a, &b| sum(a).total_cmp(&sum(b)));
             found.middle.push(off(middle.expect("there are others"), held));
         }
@@ -157,7 +178,8 @@ fn measure(
         let depth = &searches[0][window].depth;
         for (list, turns) in [vec![0.0], turns_rad(0.0)].into_iter().enumerate() {
             let answers = offsets(model, depth, &turns, &target, &block.symmetry);
-            let in_units: Vec<Offset> = answers.iter().map(|o| (o.0.to_degrees(), o.1 * block.d_box_m)).collect();
+            let in_units: Vec<Offset> =
+                answers.iter().map(|o| (o.0.to_degrees(), o.1 * block.d_box_m)).collect();
             found.near[list].push(in_units.iter().any(within));
             if list == 0 {
                 found.surest.extend(in_units.first());
@@ -184,8 +206,14 @@ fn page(bench: &Bench, found: &Found) -> String {
         v.iter().sum::<f32>() / v.len().max(1) as f32
     };
     let share = |v: &mut dyn Iterator<Item = bool>| 100.0 * mean(&mut v.map(f32::from));
-    let mut errors =
-        Table::new(&["answer", "rotation error", "displacement, m", "within 15°", "within 0.25 m", "within both"]);
+    let mut errors = Table::new(&[
+        "answer",
+        "rotation error",
+        "displacement, m",
+        "within 15°",
+        "within 0.25 m",
+        "within both",
+    ]);
     for (name, offsets) in [
         ("best of one search for the best of another", &found.pairs),
         ("best of all other searches", &found.oracle),
@@ -201,7 +229,11 @@ fn page(bench: &Bench, found: &Found) -> String {
             format!("{:.0} %", share(&mut offsets.iter().map(within))),
         ]);
     }
-    let mut fills = Table::new(&["choice", "void filled against the best of 500 random drops", "windows left empty"]);
+    let mut fills = Table::new(&[
+        "choice",
+        "void filled against the best of 500 random drops",
+        "windows left empty",
+    ]);
     for (name, filled) in CHOICES.iter().zip(&found.filled) {
         fills.row([
             name.to_string(),
@@ -211,7 +243,9 @@ fn page(bench: &Bench, found: &Found) -> String {
     }
     let mut plans = Table::new(&["plan", "blocks", "void left, m³", "mean distance, m"]);
     for (name, figures) in PLANS.iter().zip(&found.plans) {
-        let of = |f: fn(&(f64, f64, f64)) -> f64| mean_and_spread(&figures.iter().map(f).collect::<Vec<_>>()).0;
+        let of = |f: fn(&(f64, f64, f64)) -> f64| {
+            mean_and_spread(&figures.iter().map(f).collect::<Vec<_>>()).0
+        };
         plans.row([
             name.to_string(),
             format!("{:.1}", of(|f| f.0)),

@@ -27,9 +27,12 @@ const VARIANTS: [(&str, RotationCode, usize, usize); 4] = [
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let recipe = Recipe::parse(RECIPE)
         .map_err(|e| ReproduceError::Recipe { set: "placement".into(), message: e.to_string() })?;
-    let tetrapod = |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
-    let catalog = Catalog::new(vec![tetrapod("tetrapod-2.0m", 2.0)?, tetrapod("tetrapod-2.1m", 2.1)?]);
-    let block: &BlockModel = catalog.get(catalog.find("tetrapod-2.1m").expect("it was just put there"));
+    let tetrapod =
+        |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
+    let catalog =
+        Catalog::new(vec![tetrapod("tetrapod-2.0m", 2.0)?, tetrapod("tetrapod-2.1m", 2.1)?]);
+    let block: &BlockModel =
+        catalog.get(catalog.find("tetrapod-2.1m").expect("it was just put there"));
     let seed = SeedTree::new(bench.settings.seed);
     let amount = SampleConfig {
         piles: 3 * bench.settings.scenes,
@@ -45,7 +48,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         name: "Table 4.1".into(),
         ..TrainConfig::default()
     };
-    let [samples, held_out] = lessons.samples(&common, &folder.join("data"), seed, bench.observer)?;
+    let [samples, held_out] =
+        lessons.samples(&common, &folder.join("data"), seed, bench.observer)?;
     let mut table = Table::new(&[
         "network",
         "rotation error",
@@ -58,9 +62,18 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         let mut config = TrainConfig { targets, ..common.clone() };
         config.network.rotation = rotation;
         config.network.modes = modes;
-        let words: Vec<&str> = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
+        let words: Vec<&str> =
+            name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
         let place = folder.join(words.join("-"));
-        let trained = train(&samples, &held_out, block, &config, &place, seed.child("placement", 0), bench.observer)?;
+        let trained = train(
+            &samples,
+            &held_out,
+            block,
+            &config,
+            &place,
+            seed.child("placement", 0),
+            bench.observer,
+        )?;
         if trained.steps < config.steps {
             return Err(ReproduceError::Stopped);
         }

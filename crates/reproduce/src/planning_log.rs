@@ -37,8 +37,7 @@ impl Case {
     }
 }
 
-const HEAD: &str =
-    "policy,minimum_volume_m3,overflow_m,repeat,blocks,mean_distance_m,void_after_m3,porosity,protruding,seconds";
+const HEAD: &str = "policy,minimum_volume_m3,overflow_m,repeat,blocks,mean_distance_m,void_after_m3,porosity,protruding,seconds";
 
 /// The file of one table.
 pub(crate) struct PlanningLog {
@@ -52,7 +51,8 @@ impl PlanningLog {
     pub fn open(file: PathBuf, stamp: String) -> Self {
         let text = std::fs::read_to_string(&file).unwrap_or_default();
         let same = text.lines().next().is_some_and(|l| l == stamp);
-        let known = if same { text.lines().skip(2).filter_map(parsed).collect() } else { BTreeMap::new() };
+        let known =
+            if same { text.lines().skip(2).filter_map(parsed).collect() } else { BTreeMap::new() };
         Self { file, stamp, known }
     }
 
@@ -64,8 +64,11 @@ impl PlanningLog {
         case: &Case,
         volumes_m3: &[f32],
     ) -> Result<Vec<Figures>, ReproduceError> {
-        let missing: Vec<f32> =
-            volumes_m3.iter().copied().filter(|&v| !self.known.contains_key(&case.name(v))).collect();
+        let missing: Vec<f32> = volumes_m3
+            .iter()
+            .copied()
+            .filter(|&v| !self.known.contains_key(&case.name(v)))
+            .collect();
         if !missing.is_empty() {
             let config = PlanConfig { overflow_m: case.overflow_m, ..settings(case.policy.1) };
             let seed = SeedTree::new(bench.settings.seed).child("plan", case.repeat);
@@ -101,7 +104,8 @@ impl PlanningLog {
             .expect("a string takes all text");
         }
         let beside = self.file.with_extension("tmp");
-        let failed = |source| ReproduceError::File { file: self.file.display().to_string(), source };
+        let failed =
+            |source| ReproduceError::File { file: self.file.display().to_string(), source };
         std::fs::write(&beside, text).map_err(failed)?;
         std::fs::rename(&beside, &self.file).map_err(failed)
     }
@@ -112,7 +116,8 @@ fn parsed(line: &str) -> Option<(String, Figures)> {
     let cells: Vec<&str> = line.split(',').collect();
     let [policy, v, f, repeat, numbers @ ..] = cells.as_slice() else { return None };
     let numbers: Vec<f64> = numbers.iter().map(|n| n.parse()).collect::<Result<_, _>>().ok()?;
-    let [blocks, mean_distance_m, void_after_m3, porosity, protruding, seconds] = numbers.try_into().ok()?;
+    let [blocks, mean_distance_m, void_after_m3, porosity, protruding, seconds] =
+        numbers.try_into().ok()?;
     let figures = Figures { blocks, mean_distance_m, void_after_m3, porosity, protruding, seconds };
     Some((format!("{policy},{v},{f},{repeat}"), figures))
 }

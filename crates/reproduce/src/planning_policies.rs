@@ -43,7 +43,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
                 let case = Case { policy: (policy_name, policy), overflow_m, repeat };
                 plans.extend(log.figures(bench, &span, &case, &[volume_m3])?);
             }
-            let of = |f: fn(&Figures) -> f64| mean_and_spread(&plans.iter().map(f).collect::<Vec<_>>());
+            let of =
+                |f: fn(&Figures) -> f64| mean_and_spread(&plans.iter().map(f).collect::<Vec<_>>());
             let blocks = of(|p| p.blocks);
             let base = *random.get_or_insert(blocks.0);
             let (distance, void) = (of(|p| p.mean_distance_m), of(|p| p.void_after_m3));

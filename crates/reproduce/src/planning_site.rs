@@ -32,8 +32,10 @@ pub(crate) struct Span {
 impl Span {
     /// Drops the pile of the bench's seed on its percentage of the length.
     pub fn new(bench: &Bench) -> Result<Self, ReproduceError> {
-        let block = |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
-        let catalog = Catalog::new(vec![block("tetrapod-2.0m", 2.0)?, block("tetrapod-2.1m", 2.1)?]);
+        let block =
+            |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
+        let catalog =
+            Catalog::new(vec![block("tetrapod-2.0m", 2.0)?, block("tetrapod-2.1m", 2.1)?]);
         let length_m = LENGTH_M * bench.settings.percent as f64 / 100.0;
         let count = (length_m * BLOCKS_PER_M).round().max(1.0);
         let set = "the planning site";
@@ -44,16 +46,16 @@ impl Span {
              [site]\nkind = \"strip\"\nlength_m = {length_m:.1}\nwidth_m = {WIDTH_M:.1}\n\
              [bed]\nstone_blocks = 0.0\n[sensor]\nkind = \"gaussian\"\n"
         );
-        let recipe =
-            Recipe::parse(&text).map_err(|e| ReproduceError::Recipe { set: set.into(), message: e.to_string() })?;
+        let recipe = Recipe::parse(&text)
+            .map_err(|e| ReproduceError::Recipe { set: set.into(), message: e.to_string() })?;
         let seed = SeedTree::new(bench.settings.seed).child("span", 0);
-        let made = synth::scene(&recipe, &catalog, seed).map_err(|source| ReproduceError::Scene {
-            set: set.into(),
-            index: 0,
-            source,
-        })?;
+        let made = synth::scene(&recipe, &catalog, seed)
+            .map_err(|source| ReproduceError::Scene { set: set.into(), index: 0, source })?;
         let (x, y) = (length_m / 2.0, WIDTH_M / 2.0);
-        let design = DesignSurface::Level { level_m: LEVEL_M, boundary: vec![[-x, -y], [x, -y], [x, y], [-x, y]] };
+        let design = DesignSurface::Level {
+            level_m: LEVEL_M,
+            boundary: vec![[-x, -y], [x, -y], [x, y], [-x, y]],
+        };
         let model = PlacementModel::shipped()?;
         let (scene, frame, seed) = (made.scene, SiteFrame::default(), bench.settings.seed);
         Ok(Self { catalog, scene, length_m, design, frame, model, seed })
@@ -85,7 +87,12 @@ impl Span {
     pub fn stamp(&self) -> Result<String, ReproduceError> {
         let model = blake3::hash(&self.model.to_bytes()?).to_hex();
         let version = env!("CARGO_PKG_VERSION");
-        Ok(format!("{:.1} m, seed {}, network {}, tsumu {version}", self.length_m, self.seed, &model[..16]))
+        Ok(format!(
+            "{:.1} m, seed {}, network {}, tsumu {version}",
+            self.length_m,
+            self.seed,
+            &model[..16]
+        ))
     }
 
     /// What every page says of the site.
@@ -109,7 +116,9 @@ pub(crate) fn settings(policy: Policy) -> PlanConfig {
 /// The method's minimum volume v for the supplement.
 pub(crate) fn method_volume_m3(span: &Span) -> Result<f32, ReproduceError> {
     let config = settings(Policy::Search);
-    let block = span.catalog.get(span.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue"));
+    let block = span
+        .catalog
+        .get(span.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue"));
     Ok(config.resolve(block, span.catalog.d_max_m())?.minimum_volume_m3)
 }
 

@@ -33,13 +33,16 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         }
     }
     let repeats = bench.settings.repeats;
-    let mut text =
-        format!("{} {repeats} plan(s) a cell; standard deviation over the seeds in brackets.\n", span.words());
+    let mut text = format!(
+        "{} {repeats} plan(s) a cell; standard deviation over the seeds in brackets.\n",
+        span.words()
+    );
     for (name, _) in POLICIES {
         let of_policy: Vec<&Cell> = found.iter().filter(|c| c.policy == name).collect();
         let blocks = table(&of_policy, |f| f.blocks, if repeats > 1 { 1 } else { 0 });
         let distances = table(&of_policy, |f| f.mean_distance_m, 3);
-        let made: Vec<f64> = of_policy.iter().map(|c| c.figures.seconds).filter(|s| *s > 0.0).collect();
+        let made: Vec<f64> =
+            of_policy.iter().map(|c| c.figures.seconds).filter(|s| *s > 0.0).collect();
         let (seconds, _) = mean_and_spread(&made);
         write!(
             text,
@@ -66,15 +69,20 @@ struct Cell {
 
 /// A figure over v (down) and f (across): mean and, of several plans, standard deviation.
 fn table(of_policy: &[&Cell], figure: fn(&Figures) -> f64, digits: usize) -> String {
-    let heads: Vec<String> =
-        std::iter::once("v, m³".to_string()).chain(OVERFLOWS_M.iter().map(|f| format!("f = {f} m"))).collect();
+    let heads: Vec<String> = std::iter::once("v, m³".to_string())
+        .chain(OVERFLOWS_M.iter().map(|f| format!("f = {f} m")))
+        .collect();
     let mut table = Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for v in VOLUMES_M3 {
         let cells = OVERFLOWS_M.iter().map(|&f| {
             let here = of_policy.iter().filter(|c| c.v == v && c.f == f);
             let values: Vec<f64> = here.map(|c| figure(&c.figures)).collect();
             let (mean, spread) = mean_and_spread(&values);
-            if values.len() > 1 { format!("{mean:.digits$} ({spread:.digits$})") } else { format!("{mean:.digits$}") }
+            if values.len() > 1 {
+                format!("{mean:.digits$} ({spread:.digits$})")
+            } else {
+                format!("{mean:.digits$}")
+            }
         });
         table.row(std::iter::once(v.to_string()).chain(cells));
     }

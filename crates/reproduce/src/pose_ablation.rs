@@ -16,12 +16,17 @@ pub const EXPERIMENT: Experiment = Experiment {
 fn steps() -> [(&'static str, bool, PoseConfig); 6] {
     // Without verification nothing may be refused: what the thesis' way finds, it states.
     let all = EvidenceConfig { min_confidence: 0.0, max_shared: 1.0, ..Default::default() };
-    let plain = PoseConfig { verification: false, re_search: false, evidence: all, ..Default::default() };
+    let plain =
+        PoseConfig { verification: false, re_search: false, evidence: all, ..Default::default() };
     let thesis = PoseConfig { method: Method::Ppf, ..plain.clone() };
     let verified = PoseConfig { re_search: false, ..Default::default() };
     let second = PoseConfig { ppf_hypotheses: true, ..Default::default() };
     [
-        ("sliding windows, PPF + ICP (§3.7)", false, PoseConfig { places: Places::Windows, ..thesis.clone() }),
+        (
+            "sliding windows, PPF + ICP (§3.7)",
+            false,
+            PoseConfig { places: Places::Windows, ..thesis.clone() },
+        ),
         ("segments, PPF + ICP (thesis)", true, thesis),
         ("segments, SDF", true, plain),
         ("+ verification", true, verified),
@@ -45,7 +50,14 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             let made = made?;
             let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
             let cloud = &made.survey.cloud;
-            let network = segment(cloud, &set.catalog, &model, &SegmentConfig::default(), seed, bench.observer)?;
+            let network = segment(
+                cloud,
+                &set.catalog,
+                &model,
+                &SegmentConfig::default(),
+                seed,
+                bench.observer,
+            )?;
             for (n, (_, segments, config)) in steps().iter().enumerate() {
                 let nothing = no_segments(&made);
                 let segmentation = if *segments { &network } else { &nothing };
@@ -69,7 +81,10 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     for ((name, ..), pooled) in steps().iter().zip(&everything) {
         total.row(row((*name).into(), pooled));
     }
-    text.push_str(&format!("Weights: {}. Time: the pose stage alone, wall.\n\n", weights.join("; ")));
+    text.push_str(&format!(
+        "Weights: {}. Time: the pose stage alone, wall.\n\n",
+        weights.join("; ")
+    ));
     text.push_str(&total.finish());
     text.push('\n');
     text.push_str(&per_set.finish());

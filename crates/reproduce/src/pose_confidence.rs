@@ -1,6 +1,6 @@
 //! Is a confidence what it says? Reliability on fresh scenes of all six sets, with the network's segments and with none.
 //!
-//! Leaves `pose-signs.csv` in the folder: the signs of every block and whether it was right, which
+//! Leaves `pose-features.csv` in the folder: the features of every block and whether it was right, which
 //! `tools/oracle/fit_confidence.py` fits the confidence to.
 
 use crate::pose_judge::{no_segments, truths};
@@ -41,10 +41,17 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             let made = made?;
             let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
             let cloud = &made.survey.cloud;
-            let network = segment(cloud, &set.catalog, &model, &SegmentConfig::default(), seed, bench.observer)?;
+            let network = segment(
+                cloud,
+                &set.catalog,
+                &model,
+                &SegmentConfig::default(),
+                seed,
+                bench.observer,
+            )?;
             for (name, segmentation) in [("network", network), ("none", no_segments(&made))] {
                 let seed = SeedTree::new(bench.settings.seed).child("pose", 0);
-                let found = pose::recognise_with_signs(
+                let found = pose::recognise_with_features(
                     &made.survey,
                     &segmentation,
                     &set.catalog,
@@ -52,21 +59,29 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
                     seed,
                     bench.observer,
                 )?;
-                for (block, signs) in found {
-                    let Some(signs) = signs else { continue };
+                for (block, features) in found {
+                    let Some(features) = features else { continue };
                     let right = truths(&made).into_iter().find(|t| {
-                        let (model, truth) = (set.catalog.get(block.model), set.catalog.get(t.placed.model));
-                        let e = pose_error(model, &block.site_from_block, truth, &t.placed.site_from_block);
-                        e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
+                        let (model, truth) =
+                            (set.catalog.get(block.model), set.catalog.get(t.placed.model));
+                        let e = pose_error(
+                            model,
+                            &block.site_from_block,
+                            truth,
+                            &t.placed.site_from_block,
+                        );
+                        e.displacement_m <= 0.1 * truth.d_box_m
+                            && e.rotation_rad <= 5.0_f32.to_radians()
                     });
                     let case = Case {
                         confidence: block.confidence,
-                        type_margin: signs.type_margin,
+                        type_margin: features.type_margin,
                         pose_right: right.is_some(),
                         type_judged: block.type_judged,
                         type_right: right.is_some_and(|t| t.placed.model == block.model),
                     };
-                    let features: Vec<String> = signs.features().iter().map(|f| format!("{f:.5}")).collect();
+                    let terms: Vec<String> =
+                        features.terms().iter().map(|f| format!("{f:.5}")).collect();
                     let _ = writeln!(
                         csv,
                         "{},{name},{},{},{},{}",
@@ -74,28 +89,43 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
                         u8::from(case.pose_right),
                         u8::from(case.type_right),
                         case.type_margin,
-                        features.join(" ")
+                        terms.join(" ")
                     );
                     cases.push(case);
                 }
             }
         }
     }
-    let file = bench.folder.join("pose-signs.csv");
-    std::fs::write(&file, csv).map_err(|e| ReproduceError::File { file: file.display().to_string(), source: e })?;
+    let file = bench.folder.join("pose-features.csv");
+    std::fs::write(&file, csv)
+        .map_err(|e| ReproduceError::File { file: file.display().to_string(), source: e })?;
     Ok(tables(&cases))
 }
 
 fn tables(cases: &[Case]) -> String {
     let mut all = Table::new(&["confidence", "blocks", "right", "right %", "mean confidence %"]);
-    for (low, high) in [(0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 0.99), (0.99, 1.01)] {
-        let bin: Vec<&Case> = cases.iter().filter(|c| (low..high).contains(&c.confidence)).collect();
+    for (low, high) in
+        [(0.0, 0.5), (0.5, 0.7), (0.7, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 0.99), (0.99, 1.01)]
+    {
+        let bin: Vec<&Case> =
+            cases.iter().filter(|c| (low..high).contains(&c.confidence)).collect();
         let right = bin.iter().filter(|c| c.pose_right && (c.type_right || !c.type_judged)).count();
-        let mean = bin.iter().map(|c| f64::from(c.confidence)).sum::<f64>() / bin.len().max(1) as f64;
-        all.row(line(format!("{low:.2} to {:.2}", f32::min(high, 1.0)), bin.len(), right, Some(mean)));
+        let mean =
+            bin.iter().map(|c| f64::from(c.confidence)).sum::<f64>() / bin.len().max(1) as f64;
+        all.row(line(
+            format!("{low:.2} to {:.2}", f32::min(high, 1.0)),
+            bin.len(),
+            right,
+            Some(mean),
+        ));
     }
-    let mut types =
-        Table::new(&["margin of the type, nats", "blocks in place", "right type", "right %", "mean confidence %"]);
+    let mut types = Table::new(&[
+        "margin of the type, nats",
+        "blocks in place",
+        "right type",
+        "right %",
+        "mean confidence %",
+    ]);
     for (low, high) in [(0.0, 2.0), (2.0, 5.0), (5.0, 10.0), (10.0, 20.0), (20.0, f32::MAX)] {
         let inside = |c: &&Case| c.pose_right && (low..high).contains(&c.type_margin);
         let bin: Vec<&Case> = cases.iter().filter(inside).collect();
@@ -111,7 +141,11 @@ fn tables(cases: &[Case]) -> String {
 }
 
 fn line(name: String, blocks: usize, right: usize, mean: Option<f64>) -> [String; 5] {
-    let share = if blocks == 0 { "–".into() } else { format!("{:.1}", 100.0 * right as f64 / blocks as f64) };
+    let share = if blocks == 0 {
+        "–".into()
+    } else {
+        format!("{:.1}", 100.0 * right as f64 / blocks as f64)
+    };
     let mean = mean.filter(|_| blocks > 0).map_or("–".into(), |m| format!("{:.1}", 100.0 * m));
     [name, blocks.to_string(), right.to_string(), share, mean]
 }

@@ -33,7 +33,8 @@ fn recipe(noise_m: f32, density: f32) -> Result<Recipe, ReproduceError> {
     let text = format!(
         "name = \"hard\"\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\nnoise_sd_m = {noise_m}\nmeasured_as = \"{kind}\""
     );
-    Recipe::parse(&text).map_err(|e| ReproduceError::Recipe { set: "hard".into(), message: e.to_string() })
+    Recipe::parse(&text)
+        .map_err(|e| ReproduceError::Recipe { set: "hard".into(), message: e.to_string() })
 }
 
 fn scenes(
@@ -68,8 +69,15 @@ fn hard(bench: &Bench) -> Result<String, ReproduceError> {
         ("cube, 1 cm", shape("cube", Shape::Cube { size: 1.6 })?, 0.01, 900.0, 0.70),
         ("no symmetry, 1 cm", odd, 0.01, 900.0, 0.50),
     ];
-    let mut table =
-        Table::new(&["blocks", "5–30 % visible", "pose right", "share", "prototype", "stated", "of them right"]);
+    let mut table = Table::new(&[
+        "blocks",
+        "5–30 % visible",
+        "pose right",
+        "share",
+        "prototype",
+        "stated",
+        "of them right",
+    ]);
     for (name, model, noise_m, density, prototype) in sets {
         let density = density / (0.5 * model.d_box_m).powi(2);
         let catalog = Catalog::new(vec![model]);
@@ -78,24 +86,43 @@ fn hard(bench: &Bench) -> Result<String, ReproduceError> {
         for (i, made) in scenes(bench, name, &recipe, &catalog)?.iter().enumerate() {
             let seed = SeedTree::new(bench.settings.seed).child("soil", i as u64);
             let segmentation = soiled(made, &catalog, seed);
-            let config = PoseConfig { noise_sd_m: Some(noise_m * catalog.d_max_m() / 1.288), ..Default::default() };
+            let config = PoseConfig {
+                noise_sd_m: Some(noise_m * catalog.d_max_m() / 1.288),
+                ..Default::default()
+            };
             let seed = SeedTree::new(bench.settings.seed).child("pose", 0);
-            let found = pose::recognise(&made.survey, &segmentation, &catalog, &config, seed, bench.observer)?;
+            let found = pose::recognise(
+                &made.survey,
+                &segmentation,
+                &catalog,
+                &config,
+                seed,
+                bench.observer,
+            )?;
             for truth in truths(made).iter().filter(|t| (0.70..=0.95).contains(&t.occlusion)) {
                 let model = catalog.get(truth.placed.model);
                 let error = |r: &scene::Recognised| {
-                    pose_error(catalog.get(r.model), &r.site_from_block, model, &truth.placed.site_from_block)
+                    pose_error(
+                        catalog.get(r.model),
+                        &r.site_from_block,
+                        model,
+                        &truth.placed.site_from_block,
+                    )
                 };
                 let good = |r: &&scene::Recognised| {
                     let e = error(r);
-                    e.displacement_m <= 0.1 * model.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
+                    e.displacement_m <= 0.1 * model.d_box_m
+                        && e.rotation_rad <= 5.0_f32.to_radians()
                 };
                 asked += 1;
                 right += usize::from(found.iter().any(|r| good(&r)));
                 // The statement about this block: the accepted one nearest to it, if any is near.
                 let about = found
                     .iter()
-                    .filter(|r| r.judgement == Judgement::Accepted && error(r).displacement_m < 0.5 * model.d_max_m)
+                    .filter(|r| {
+                        r.judgement == Judgement::Accepted
+                            && error(r).displacement_m < 0.5 * model.d_max_m
+                    })
                     .min_by(|a, b| error(a).displacement_m.total_cmp(&error(b).displacement_m));
                 stated += usize::from(about.is_some());
                 stated_right += usize::from(about.as_ref().is_some_and(good));
@@ -127,7 +154,11 @@ fn soiled(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentation 
     let position = &made.survey.cloud.position_m;
     let d_max_m = catalog.d_max_m();
     let direction = |rng: &mut rand_chacha::ChaCha8Rng| loop {
-        let v = Vec3::new(rng.random::<f32>() - 0.5, rng.random::<f32>() - 0.5, rng.random::<f32>() - 0.5);
+        let v = Vec3::new(
+            rng.random::<f32>() - 0.5,
+            rng.random::<f32>() - 0.5,
+            rng.random::<f32>() - 0.5,
+        );
         if (1e-3..0.25).contains(&v.length_squared()) {
             return v.normalize();
         }
@@ -136,11 +167,15 @@ fn soiled(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentation 
         let own = std::mem::take(&mut h.points);
         let along = direction(&mut rng);
         let mut sorted = own.clone();
-        sorted.sort_by(|&a, &b| along.dot(position[a as usize]).total_cmp(&along.dot(position[b as usize])));
+        sorted.sort_by(|&a, &b| {
+            along.dot(position[a as usize]).total_cmp(&along.dot(position[b as usize]))
+        });
         sorted.truncate((own.len() * 4).div_ceil(5));
         let near = |i: &u32| (position[*i as usize] - h.centre).length() < 1.2 * d_max_m;
-        let mut foreign: Vec<u32> =
-            (0..position.len() as u32).filter(near).filter(|i| own.binary_search(i).is_err()).collect();
+        let mut foreign: Vec<u32> = (0..position.len() as u32)
+            .filter(near)
+            .filter(|i| own.binary_search(i).is_err())
+            .collect();
         foreign.shuffle(&mut rng);
         foreign.truncate(sorted.len() / 3);
         let outliers = (sorted.len() / 50).max(1);
@@ -157,13 +192,18 @@ fn soiled(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentation 
 fn sizes(bench: &Bench) -> Result<String, ReproduceError> {
     let tetrapods = || -> Result<Catalog, ReproduceError> {
         let both = [("5 t", 2.0), ("6 t", 2.12)];
-        let models =
-            both.iter().map(|&(name, size)| shape(name, Shape::Tetrapod { size })).collect::<Result<_, _>>()?;
+        let models = both
+            .iter()
+            .map(|&(name, size)| shape(name, Shape::Tetrapod { size }))
+            .collect::<Result<_, _>>()?;
         Ok(Catalog::new(models))
     };
     let cubes = || -> Result<Catalog, ReproduceError> {
         let both = [("small", 1.6), ("large", 1.7)];
-        let models = both.iter().map(|&(name, size)| shape(name, Shape::Cube { size })).collect::<Result<_, _>>()?;
+        let models = both
+            .iter()
+            .map(|&(name, size)| shape(name, Shape::Cube { size }))
+            .collect::<Result<_, _>>()?;
         Ok(Catalog::new(models))
     };
     let mut table = Table::new(&heads("blocks"));
@@ -175,9 +215,18 @@ fn sizes(bench: &Bench) -> Result<String, ReproduceError> {
     ] {
         let mut pooled = Pooled::default();
         for made in scenes(bench, name, &recipe(noise_m, density)?, &catalog)? {
-            pooled.add(bench, &made, &true_segments(&made, &catalog), &catalog, &PoseConfig::default())?;
+            pooled.add(
+                bench,
+                &made,
+                &true_segments(&made, &catalog),
+                &catalog,
+                &PoseConfig::default(),
+            )?;
         }
         table.row(row(name.into(), &pooled));
     }
-    Ok(format!("True segments, white noise, one viewpoint: the thesis' sensor.\n\n{}", table.finish()))
+    Ok(format!(
+        "True segments, white noise, one viewpoint: the thesis' sensor.\n\n{}",
+        table.finish()
+    ))
 }

@@ -9,8 +9,17 @@ use scene::{Catalog, CentreHypothesis, Recognised, Segmentation};
 use synth::SynthScene;
 
 /// Heads of [`figures`]' columns, after the first.
-pub const FIGURES: [&str; 9] =
-    ["asked for", "P %", "R %", "E_d mm", "about shift mm", "E_R °", "type %", "type open", "s a scene"];
+pub const FIGURES: [&str; 9] = [
+    "asked for",
+    "P %",
+    "R %",
+    "E_d mm",
+    "about shift mm",
+    "E_R °",
+    "type %",
+    "type open",
+    "s a scene",
+];
 
 /// The blocks of a scene as the metrics want them.
 pub fn truths(made: &SynthScene) -> Vec<TrueBlock> {
@@ -79,18 +88,21 @@ impl Pooled {
     ) -> Result<Vec<Recognised>, ReproduceError> {
         let start = (bench.clock)();
         let seed = SeedTree::new(bench.settings.seed).child("pose", 0);
-        let found = pose::recognise(&made.survey, segmentation, catalog, config, seed, bench.observer)?;
+        let found =
+            pose::recognise(&made.survey, segmentation, catalog, config, seed, bench.observer)?;
         self.seconds += (bench.clock)() - start;
         self.scenes += 1;
-        self.score = self.score.plus(&score_poses(&found, &truths(made), catalog, &PoseCriteria::default()));
+        self.score =
+            self.score.plus(&score_poses(&found, &truths(made), catalog, &PoseCriteria::default()));
         Ok(found)
     }
 
     /// The cells of [`FIGURES`].
     pub fn figures(&self) -> [String; 9] {
         let s = &self.score;
-        let number =
-            |v: Option<f64>, scale: f64, digits: usize| v.map_or("–".into(), |v| format!("{:.digits$}", v * scale));
+        let number = |v: Option<f64>, scale: f64, digits: usize| {
+            v.map_or("–".into(), |v| format!("{:.digits$}", v * scale))
+        };
         [
             (s.counts.true_positives + s.counts.false_negatives).to_string(),
             percent(s.counts.precision()),

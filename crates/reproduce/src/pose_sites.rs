@@ -21,13 +21,21 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             Some(model) => model.clone(),
             None => SegmentModel::shipped(&set.catalog)?,
         };
-        let (mut truly, mut network, mut none) = (Pooled::default(), Pooled::default(), Pooled::default());
+        let (mut truly, mut network, mut none) =
+            (Pooled::default(), Pooled::default(), Pooled::default());
         for (i, made) in set.held_out(bench).enumerate() {
             let made = made?;
             truly.add(bench, &made, &true_segments(&made, &set.catalog), &set.catalog, &config)?;
             let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
             let cloud = &made.survey.cloud;
-            let found = segment(cloud, &set.catalog, &model, &SegmentConfig::default(), seed, bench.observer)?;
+            let found = segment(
+                cloud,
+                &set.catalog,
+                &model,
+                &SegmentConfig::default(),
+                seed,
+                bench.observer,
+            )?;
             network.add(bench, &made, &found, &set.catalog, &config)?;
             none.add(bench, &made, &no_segments(&made), &set.catalog, &config)?;
         }

@@ -29,7 +29,14 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             let scene = scene?;
             let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
             let cloud = &scene.survey.cloud;
-            let found = segment(cloud, &set.catalog, &model, &SegmentConfig::default(), seed, bench.observer)?;
+            let found = segment(
+                cloud,
+                &set.catalog,
+                &model,
+                &SegmentConfig::default(),
+                seed,
+                bench.observer,
+            )?;
             let near = |p: geom::Vec3| {
                 scene.scene.blocks.iter().any(|b| {
                     let block = set.catalog.get(b.model);
@@ -40,15 +47,28 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             of.extend(found.hypotheses.iter().map(|h| (h.score, near(h.centre))));
         }
     }
-    let mut table = Table::new(&["confidence", "drone: hypotheses", "right %", "sounder: hypotheses", "right %"]);
+    let mut table = Table::new(&[
+        "confidence",
+        "drone: hypotheses",
+        "right %",
+        "sounder: hypotheses",
+        "right %",
+    ]);
     for tenth in 0..10 {
         let (low, high) = (tenth as f32 * 0.1, (tenth + 1) as f32 * 0.1);
         let cells = seen.iter().flat_map(|s| {
-            let bin: Vec<bool> = s.iter().filter(|x| x.0 >= low && x.0 < high).map(|x| x.1).collect();
+            let bin: Vec<bool> =
+                s.iter().filter(|x| x.0 >= low && x.0 < high).map(|x| x.1).collect();
             let right = bin.iter().filter(|r| **r).count();
-            [bin.len().to_string(), percent((!bin.is_empty()).then(|| right as f64 / bin.len() as f64))]
+            [
+                bin.len().to_string(),
+                percent((!bin.is_empty()).then(|| right as f64 / bin.len() as f64)),
+            ]
         });
         table.row(std::iter::once(format!("{low:.1}–{high:.1}")).chain(cells));
     }
-    Ok(format!("Right: a true centre within {RIGHT} d_max. Weights: {weights}.\n\n{}", table.finish()))
+    Ok(format!(
+        "Right: a true centre within {RIGHT} d_max. Weights: {weights}.\n\n{}",
+        table.finish()
+    ))
 }

@@ -33,7 +33,11 @@ impl Judged {
     pub fn of(found: &Segmentation, scene: &SynthScene) -> Self {
         let hidden: Vec<bool> = scene.occlusion.iter().map(|&o| o >= HIDDEN).collect();
         let (predicted, truth) = metrics::without_hidden(&found.instance, &scene.instance, &hidden);
-        Self { predicted, truth, score: found.hypotheses.iter().take(found.instances).map(|h| h.score).collect() }
+        Self {
+            predicted,
+            truth,
+            score: found.hypotheses.iter().take(found.instances).map(|h| h.score).collect(),
+        }
     }
 }
 
@@ -43,7 +47,8 @@ pub fn verdict(judged: &[Judged]) -> Result<Verdict, ReproduceError> {
         InstanceScene { predicted: &j.predicted, truth: &j.truth }
     }
     let scenes: Vec<InstanceScene> = judged.iter().map(labels).collect();
-    let scored: Vec<ScoredScene> = judged.iter().map(|j| ScoredScene { labels: labels(j), score: &j.score }).collect();
+    let scored: Vec<ScoredScene> =
+        judged.iter().map(|j| ScoredScene { labels: labels(j), score: &j.score }).collect();
     let counts = metrics::precision_recall(&scenes, 0.5)?;
     let ap = metrics::average_precision(&scored)?;
     Ok(Verdict { counts, ap: ap.ap, ap50: ap.ap50 })

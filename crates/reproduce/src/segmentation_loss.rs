@@ -19,7 +19,8 @@ pub const EXPERIMENT: Experiment = Experiment {
 /// Variants of the pair loss: name, settings, points drawn for it.
 fn variants() -> Vec<(&'static str, PairLossConfig, usize)> {
     let both = PairLossConfig::default();
-    let only = |valid_distance, attention| PairLossConfig { valid_distance, attention, ..both.clone() };
+    let only =
+        |valid_distance, attention| PairLossConfig { valid_distance, attention, ..both.clone() };
     vec![
         ("none", only(false, false), 512),
         ("valid distance", only(true, false), 512),
@@ -42,7 +43,10 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let lessons = Lessons::new(set.recipe.clone(), set.catalog.clone(), Blocks::Catalog)?;
     let root = SeedTree::new(bench.settings.seed).child("loss ablation", 0);
     let source = |split: Split, index: u64| {
-        lessons.scene(index, root.child(if split == Split::Train { "train" } else { "held out" }, index))
+        lessons.scene(
+            index,
+            root.child(if split == Split::Train { "train" } else { "held out" }, index),
+        )
     };
     let mut table = Table::new(&["pair loss", "P %", "R %", "AP %", "held-out vote error, d_max"]);
     for (name, pair, pair_points) in variants() {
@@ -55,9 +59,11 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             shapes: lessons.shapes(),
             ..Default::default()
         };
-        let words: Vec<&str> = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
+        let words: Vec<&str> =
+            name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
         let folder = bench.folder.join("segmentation-loss").join(words.join("-"));
-        let trained = train(&source, &config, None, &folder, root.child("network", 0), bench.observer)?;
+        let trained =
+            train(&source, &config, None, &folder, root.child("network", 0), bench.observer)?;
         if trained.steps < config.steps {
             return Err(ReproduceError::Stopped);
         }
@@ -65,7 +71,14 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         let mut judged = Vec::new();
         for (i, scene) in scenes.iter().enumerate() {
             let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-            let found = segment(&scene.survey.cloud, &set.catalog, &trained.model, &way, seed, bench.observer)?;
+            let found = segment(
+                &scene.survey.cloud,
+                &set.catalog,
+                &trained.model,
+                &way,
+                seed,
+                bench.observer,
+            )?;
             judged.push(Judged::of(&found, scene));
         }
         let v = verdict(&judged)?;

@@ -51,14 +51,20 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         for (i, made) in set.held_out(bench).enumerate() {
             let made = made?;
             let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-            let found = segment(&made.survey.cloud, &set.catalog, &model, &config, seed, bench.observer)?;
+            let found =
+                segment(&made.survey.cloud, &set.catalog, &model, &config, seed, bench.observer)?;
             asked += causes(&made, &set.catalog, &found, &mut sums);
         }
         let count = |cause| sums.get(&cause).map_or(0, |s| s.0);
         let missed: usize = sums.values().map(|s| s.0).sum();
-        let mean = |of: fn(&(usize, f64, f64)) -> f64| sums.values().map(of).sum::<f64>() / missed.max(1) as f64;
+        let mean = |of: fn(&(usize, f64, f64)) -> f64| {
+            sums.values().map(of).sum::<f64>() / missed.max(1) as f64
+        };
         let mut row = vec![set.name.to_string(), asked.to_string(), missed.to_string()];
-        row.extend([Cause::NoHypothesis, Cause::Disbelieved, Cause::WrongPoints].map(|c| count(c).to_string()));
+        row.extend(
+            [Cause::NoHypothesis, Cause::Disbelieved, Cause::WrongPoints]
+                .map(|c| count(c).to_string()),
+        );
         row.push(if missed == 0 {
             "–".into()
         } else {
@@ -101,7 +107,8 @@ fn causes(made: &SynthScene, catalog: &Catalog, found: &Segmentation, sums: &mut
         }
         let model = catalog.get(block.model);
         let centre = block.site_from_block * model.centre;
-        let near = |h: &scene::CentreHypothesis| (h.centre - centre).length() < NEAR * model.d_max_m;
+        let near =
+            |h: &scene::CentreHypothesis| (h.centre - centre).length() < NEAR * model.d_max_m;
         let cause = match found.hypotheses.iter().position(near) {
             None => Cause::NoHypothesis,
             Some(h) if h < found.instances => Cause::WrongPoints,

@@ -25,11 +25,18 @@ fn shapes() -> Result<Vec<BlockModel>, ReproduceError> {
     ])
 }
 
-const RECIPE: &str = "name = \"shapes\"\ncount = [50, 55]\ndensity_per_m2 = 700\n[sensor]\nkind = \"uav\"\n";
+const RECIPE: &str =
+    "name = \"shapes\"\ncount = [50, 55]\ndensity_per_m2 = 700\n[sensor]\nkind = \"uav\"\n";
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
-    let mut table =
-        Table::new(&["shape, clustering", "blocks asked for", "P %", "R %", "AP50 %", "known to the weights"]);
+    let mut table = Table::new(&[
+        "shape, clustering",
+        "blocks asked for",
+        "P %",
+        "R %",
+        "AP50 %",
+        "known to the weights",
+    ]);
     let mut weights = Vec::new();
     for model in shapes()? {
         let name = model.name.clone();
@@ -47,15 +54,17 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         let mut scenes = Vec::new();
         for index in 0..bench.settings.scenes {
             let seed = SeedTree::new(bench.settings.seed).child(&name, index);
-            scenes.push(synth::scene(&recipe, &catalog, seed).map_err(|source| ReproduceError::Scene {
-                set: name.clone(),
-                index,
-                source,
-            })?);
+            scenes.push(
+                synth::scene(&recipe, &catalog, seed).map_err(|source| ReproduceError::Scene {
+                    set: name.clone(),
+                    index,
+                    source,
+                })?,
+            );
         }
         let known = if network.description.shapes.is_empty() {
             "for any shape"
-        } else if network.strangers(&catalog).is_empty() {
+        } else if network.unseen_types(&catalog).is_empty() {
             "trained on it"
         } else {
             "no"
@@ -70,8 +79,14 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             };
             let votes = look(Clustering::Votes)?;
             let seed = SeedTree::new(bench.settings.seed).child("pose", 0);
-            let blocks =
-                pose::recognise(&scene.survey, &votes, &catalog, &PoseConfig::default(), seed, bench.observer)?;
+            let blocks = pose::recognise(
+                &scene.survey,
+                &votes,
+                &catalog,
+                &PoseConfig::default(),
+                seed,
+                bench.observer,
+            )?;
             rows[0].1.push(Judged::of(&votes, scene));
             rows[1].1.push(Judged::of(&of_blocks(&blocks, scene.instance.len()), scene));
             rows[2].1.push(Judged::of(&look(Clustering::Embedding)?, scene));
@@ -110,7 +125,11 @@ fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
             found.instance[i as usize] = label;
         }
         let centre = block.site_from_block.translation;
-        found.hypotheses.push(CentreHypothesis { centre, score: block.confidence, points: block.points.clone() });
+        found.hypotheses.push(CentreHypothesis {
+            centre,
+            score: block.confidence,
+            points: block.points.clone(),
+        });
     }
     found
 }

@@ -13,7 +13,8 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
-    let mut table = Table::new(&["set, clustering", "blocks asked for", "P %", "R %", "AP %", "AP50 %"]);
+    let mut table =
+        Table::new(&["set, clustering", "blocks asked for", "P %", "R %", "AP %", "AP50 %"]);
     let mut weights = Vec::new();
     let white_noise = white_noise_sets()?;
     let without_ground: Vec<&str> = white_noise.iter().map(|s| s.name).collect();
@@ -35,7 +36,14 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             let mut judged = Vec::new();
             for (i, scene) in scenes.iter().enumerate() {
                 let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-                let found = segment(&scene.survey.cloud, &set.catalog, &model, &config, seed, bench.observer)?;
+                let found = segment(
+                    &scene.survey.cloud,
+                    &set.catalog,
+                    &model,
+                    &config,
+                    seed,
+                    bench.observer,
+                )?;
                 judged.push(Judged::of(&found, scene));
             }
             let v = verdict(&judged)?;

@@ -6,8 +6,11 @@ use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line};
 use geom::SeedTree;
 use segment::{Clustering, SegmentConfig, SegmentModel, segment};
 
-pub const EXPERIMENT: Experiment =
-    Experiment { name: "segmentation-gamma", about: "suppression radius of the thesis' clustering (Table 2.3)", body };
+pub const EXPERIMENT: Experiment = Experiment {
+    name: "segmentation-gamma",
+    about: "suppression radius of the thesis' clustering (Table 2.3)",
+    body,
+};
 
 /// γ as in the thesis and around it.
 const GAMMA: [f32; 5] = [0.6, 0.8, 1.0, 1.2, 1.4];
@@ -27,11 +30,22 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         weights = weights_line(&model)?;
         let scenes = set.held_out(bench).collect::<Result<Vec<_>, _>>()?;
         for (row, &suppression) in rows.iter_mut().zip(&GAMMA) {
-            let config = SegmentConfig { clustering: Clustering::Embedding, suppression, ..Default::default() };
+            let config = SegmentConfig {
+                clustering: Clustering::Embedding,
+                suppression,
+                ..Default::default()
+            };
             let mut judged = Vec::new();
             for (i, scene) in scenes.iter().enumerate() {
                 let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-                let found = segment(&scene.survey.cloud, &set.catalog, &model, &config, seed, bench.observer)?;
+                let found = segment(
+                    &scene.survey.cloud,
+                    &set.catalog,
+                    &model,
+                    &config,
+                    seed,
+                    bench.observer,
+                )?;
                 judged.push(Judged::of(&found, scene));
             }
             let counts = verdict(&judged)?.counts;

@@ -23,14 +23,26 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         Some(model) => model.clone(),
         None => SegmentModel::shipped(&catalog)?,
     };
-    let mut table = Table::new(&["piles", "points", "blocks", "instances", "one pass s", "four passes (default) s"]);
+    let mut table = Table::new(&[
+        "piles",
+        "points",
+        "blocks",
+        "instances",
+        "one pass s",
+        "four passes (default) s",
+    ]);
     for density in DENSITY {
         let set = "time";
-        let text =
-            format!("name = \"time\"\ncount = [55, 55]\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\n");
-        let wrong = |e: synth::SynthError| ReproduceError::Recipe { set: set.into(), message: e.to_string() };
+        let text = format!(
+            "name = \"time\"\ncount = [55, 55]\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\n"
+        );
+        let wrong = |e: synth::SynthError| ReproduceError::Recipe {
+            set: set.into(),
+            message: e.to_string(),
+        };
         let recipe = synth::Recipe::parse(&text).map_err(wrong)?;
-        let made = synth::scene(&recipe, &catalog, SeedTree::new(bench.settings.seed)).map_err(wrong)?;
+        let made =
+            synth::scene(&recipe, &catalog, SeedTree::new(bench.settings.seed)).map_err(wrong)?;
         for piles in PILES {
             let one = &made.survey.cloud.position_m;
             let apart = |c: usize| one.iter().map(move |p| *p + Vec3::X * (14.0 * c as f32));
@@ -40,7 +52,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             for passes in [1, 4] {
                 let config = SegmentConfig { passes, ..Default::default() };
                 let from = (bench.clock)();
-                let found = segment(&cloud, &catalog, &model, &config, SeedTree::new(1), bench.observer)?;
+                let found =
+                    segment(&cloud, &catalog, &model, &config, SeedTree::new(1), bench.observer)?;
                 seconds.push(format!("{:.2}", (bench.clock)() - from));
                 instances = found.instances;
             }
@@ -55,5 +68,9 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             ]);
         }
     }
-    Ok(format!("Weights: {}. Times of this machine, now.\n\n{}", weights_line(&model)?, table.finish()))
+    Ok(format!(
+        "Weights: {}. Times of this machine, now.\n\n{}",
+        weights_line(&model)?,
+        table.finish()
+    ))
 }

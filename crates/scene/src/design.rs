@@ -93,10 +93,18 @@ impl DesignSurface {
     pub fn check(&self) -> Result<(), DesignError> {
         self.check_finite()?;
         let need = |key, points: &[[f64; 2]], need| {
-            if points.len() < need { Err(DesignError::TooFewPoints { key, need, found: points.len() }) } else { Ok(()) }
+            if points.len() < need {
+                Err(DesignError::TooFewPoints { key, need, found: points.len() })
+            } else {
+                Ok(())
+            }
         };
         let positive = |key, value: f64| {
-            if value > 0.0 { Ok(()) } else { Err(DesignError::BadValue { key, value, why: "it must be above 0" }) }
+            if value > 0.0 {
+                Ok(())
+            } else {
+                Err(DesignError::BadValue { key, value, why: "it must be above 0" })
+            }
         };
         match self {
             Self::Level { boundary, .. } => need("boundary", boundary, 3),
@@ -107,7 +115,14 @@ impl DesignSurface {
                 }
                 plane.iter().try_for_each(|p| positive("plane.slope_m", p.slope_m))
             }
-            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
+            Self::Section {
+                alignment,
+                crest_level_m,
+                crest_width_m,
+                left_slope_m,
+                right_slope_m,
+                toe_level_m,
+            } => {
                 need("alignment", alignment, 2)?;
                 positive("crest_width_m", *crest_width_m)?;
                 positive("left_slope_m", *left_slope_m)?;
@@ -140,7 +155,8 @@ impl DesignSurface {
         let points = |key: &'static str, points: &[[f64; 2]]| {
             points.iter().flatten().find(|v| !v.is_finite()).map(|&value| (key, value))
         };
-        let numbers = |numbers: &[(&'static str, f64)]| numbers.iter().find(|(_, v)| !v.is_finite()).copied();
+        let numbers =
+            |numbers: &[(&'static str, f64)]| numbers.iter().find(|(_, v)| !v.is_finite()).copied();
         let bad = match self {
             Self::Level { level_m, boundary } => {
                 numbers(&[("level_m", *level_m)]).or_else(|| points("boundary", boundary))
@@ -157,23 +173,31 @@ impl DesignSurface {
                 };
                 plane.iter().find_map(of).or_else(|| points("boundary", boundary))
             }
-            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
-                numbers(&[
-                    ("crest_level_m", *crest_level_m),
-                    ("crest_width_m", *crest_width_m),
-                    ("left_slope_m", *left_slope_m),
-                    ("right_slope_m", *right_slope_m),
-                    ("toe_level_m", *toe_level_m),
-                ])
-                .or_else(|| points("alignment", alignment))
-            }
+            Self::Section {
+                alignment,
+                crest_level_m,
+                crest_width_m,
+                left_slope_m,
+                right_slope_m,
+                toe_level_m,
+            } => numbers(&[
+                ("crest_level_m", *crest_level_m),
+                ("crest_width_m", *crest_width_m),
+                ("left_slope_m", *left_slope_m),
+                ("right_slope_m", *right_slope_m),
+                ("toe_level_m", *toe_level_m),
+            ])
+            .or_else(|| points("alignment", alignment)),
             Self::Grid { origin, cell_m, level_m, .. } => {
                 let infinite = level_m.iter().find(|v| v.is_infinite()).map(|&v| ("level_m", v));
-                numbers(&[("origin", origin[0]), ("origin", origin[1]), ("cell_m", *cell_m)]).or(infinite)
+                numbers(&[("origin", origin[0]), ("origin", origin[1]), ("cell_m", *cell_m)])
+                    .or(infinite)
             }
         };
         match bad {
-            Some((key, value)) => Err(DesignError::BadValue { key, value, why: "it must be a finite number" }),
+            Some((key, value)) => {
+                Err(DesignError::BadValue { key, value, why: "it must be a finite number" })
+            }
             None => Ok(()),
         }
     }
@@ -190,7 +214,14 @@ impl DesignSurface {
                 };
                 plane.iter().map(level).fold(f64::INFINITY, f64::min)
             }),
-            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
+            Self::Section {
+                alignment,
+                crest_level_m,
+                crest_width_m,
+                left_slope_m,
+                right_slope_m,
+                toe_level_m,
+            } => {
                 let offset = offset_from_alignment(alignment, east, north)?;
                 let beyond = (offset.abs() - crest_width_m / 2.0).max(0.0);
                 // Positive offsets lie left of the direction of travel.
@@ -201,7 +232,9 @@ impl DesignSurface {
             Self::Grid { origin, cell_m, columns, level_m } => {
                 let rows = level_m.len() / columns;
                 let (u, v) = ((east - origin[0]) / cell_m, (north - origin[1]) / cell_m);
-                if !(0.0..=(columns - 1) as f64).contains(&u) || !(0.0..=(rows - 1) as f64).contains(&v) {
+                if !(0.0..=(columns - 1) as f64).contains(&u)
+                    || !(0.0..=(rows - 1) as f64).contains(&v)
+                {
                     return None;
                 }
                 let (i, j) = ((u as usize).min(columns - 2), (v as usize).min(rows - 2));
@@ -219,20 +252,36 @@ impl DesignSurface {
     /// Smallest box (east, north) around the works: `[min, max]`.
     pub fn extent(&self) -> [[f64; 2]; 2] {
         let around = |points: &[[f64; 2]], margin: f64| {
-            let fold = |f: fn(f64, f64) -> f64, start: f64, axis: usize| points.iter().map(|p| p[axis]).fold(start, f);
+            let fold = |f: fn(f64, f64) -> f64, start: f64, axis: usize| {
+                points.iter().map(|p| p[axis]).fold(start, f)
+            };
             let low = |axis| fold(f64::min, f64::INFINITY, axis) - margin;
             let high = |axis| fold(f64::max, f64::NEG_INFINITY, axis) + margin;
             [[low(0), low(1)], [high(0), high(1)]]
         };
         match self {
             Self::Level { boundary, .. } | Self::Planes { boundary, .. } => around(boundary, 0.0),
-            Self::Section { alignment, crest_level_m, crest_width_m, left_slope_m, right_slope_m, toe_level_m } => {
-                let reach = crest_width_m / 2.0 + (crest_level_m - toe_level_m) * left_slope_m.max(*right_slope_m);
+            Self::Section {
+                alignment,
+                crest_level_m,
+                crest_width_m,
+                left_slope_m,
+                right_slope_m,
+                toe_level_m,
+            } => {
+                let reach = crest_width_m / 2.0
+                    + (crest_level_m - toe_level_m) * left_slope_m.max(*right_slope_m);
                 around(alignment, reach)
             }
             Self::Grid { origin, cell_m, columns, level_m } => {
                 let rows = level_m.len() / columns;
-                [*origin, [origin[0] + (columns - 1) as f64 * cell_m, origin[1] + (rows - 1) as f64 * cell_m]]
+                [
+                    *origin,
+                    [
+                        origin[0] + (columns - 1) as f64 * cell_m,
+                        origin[1] + (rows - 1) as f64 * cell_m,
+                    ],
+                ]
             }
         }
     }
@@ -314,7 +363,8 @@ mod tests {
 
     #[test]
     fn planes_fall_towards_their_bearing() {
-        let plane = SlopingPlane { point: [0.0, 0.0], level_m: 3.0, falls_towards_deg: 90.0, slope_m: 2.0 };
+        let plane =
+            SlopingPlane { point: [0.0, 0.0], level_m: 3.0, falls_towards_deg: 90.0, slope_m: 2.0 };
         let surface = DesignSurface::Planes {
             plane: vec![plane],
             boundary: vec![[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]],

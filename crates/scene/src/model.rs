@@ -4,7 +4,9 @@ use crate::SymmetryGroup;
 use geom::{TriMesh, Vec3};
 
 /// Index of a model in its [`Catalog`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+)]
 pub struct ModelId(pub u16);
 
 /// A convex piece of a block, given by the corners of its hull in block coordinates.
@@ -56,7 +58,9 @@ impl BlockModel {
 
     /// The same block, `factor` times as large about the origin of its coordinates.
     pub fn scaled(&self, factor: f32) -> Self {
-        let part = |p: &ConvexPart| ConvexPart { corners: p.corners.iter().map(|c| *c * factor).collect() };
+        let part = |p: &ConvexPart| ConvexPart {
+            corners: p.corners.iter().map(|c| *c * factor).collect(),
+        };
         Self {
             name: self.name.clone(),
             mesh: self.mesh.map(|v| v * factor),

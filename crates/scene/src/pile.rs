@@ -48,7 +48,9 @@ impl Ground {
     pub fn height_m(&self, x: f32, y: f32) -> f32 {
         match self {
             Self::Level { z_m } => *z_m,
-            Self::Plane { point, normal } => point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z,
+            Self::Plane { point, normal } => {
+                point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z
+            }
             Self::Grid { origin, cell_m, nx, z_m } => {
                 let ny = z_m.len() / nx;
                 let node = |v: f32, n: usize| {

@@ -16,7 +16,10 @@ pub struct ShapeSignature {
 impl ShapeSignature {
     /// Of a block.
     pub fn of(block: &BlockModel) -> Self {
-        Self { volume: block.volume_m3 / block.d_max_m.powi(3), symmetry: block.symmetry.order() as u32 }
+        Self {
+            volume: block.volume_m3 / block.d_max_m.powi(3),
+            symmetry: block.symmetry.order() as u32,
+        }
     }
 
     /// The same rotations and a volume within 10 %.

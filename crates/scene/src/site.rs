@@ -76,14 +76,20 @@ impl Area {
     pub fn corners(&self, axis_order: AxisOrder) -> [DVec3; 2] {
         // Turning twice is turning back: the way in is the way out.
         let turned = |x, y, z| axis_order.east_north_up(DVec3::new(x, y, z));
-        [turned(self.west, self.south, f64::NEG_INFINITY), turned(self.east, self.north, f64::INFINITY)]
+        [
+            turned(self.west, self.south, f64::NEG_INFINITY),
+            turned(self.east, self.north, f64::INFINITY),
+        ]
     }
 
     /// Checks what the types cannot.
     pub fn check(&self) -> Result<(), SiteError> {
-        for (key, value) in
-            [("area.west", self.west), ("area.east", self.east), ("area.south", self.south), ("area.north", self.north)]
-        {
+        for (key, value) in [
+            ("area.west", self.west),
+            ("area.east", self.east),
+            ("area.south", self.south),
+            ("area.north", self.north),
+        ] {
             finite(key, value)?;
         }
         let why = "it must lie above the opposite side";
@@ -150,7 +156,9 @@ pub enum GroundSpec {
 #[non_exhaustive]
 pub enum SiteError {
     /// No CRS.
-    #[error("`crs` is missing: add e.g. `crs = \"EPSG:6679\"`, or `crs = \"none\"` for a bin without one")]
+    #[error(
+        "`crs` is missing: add e.g. `crs = \"EPSG:6679\"`, or `crs = \"none\"` for a bin without one"
+    )]
     NoCrs,
     /// A CRS that is not a code.
     #[error(
@@ -202,7 +210,10 @@ impl SiteSpec {
             "none" => {}
             crs => {
                 let digits = crs.strip_prefix("EPSG:").unwrap_or_default();
-                if digits.is_empty() || digits.len() > 6 || !digits.bytes().all(|b| b.is_ascii_digit()) {
+                if digits.is_empty()
+                    || digits.len() > 6
+                    || !digits.bytes().all(|b| b.is_ascii_digit())
+                {
                     return Err(SiteError::BadCrs { crs: crs.into() });
                 }
             }
@@ -232,7 +243,9 @@ impl SurveySpec {
     fn check(&self, needs_offset: bool) -> Result<(), SiteError> {
         match self.vertical_offset_m {
             Some(v) => finite("survey.vertical_offset_m", v)?,
-            None if needs_offset => return Err(SiteError::NoOffset { file: self.file.display().to_string() }),
+            None if needs_offset => {
+                return Err(SiteError::NoOffset { file: self.file.display().to_string() });
+            }
             None => {}
         }
         self.sensors().flatten().try_for_each(|v| finite("survey.sensor_position", v))
@@ -246,10 +259,18 @@ impl SurveySpec {
 
 fn finite(key: &str, value: f64) -> Result<(), SiteError> {
     let why = "it must be a finite number";
-    if value.is_finite() { Ok(()) } else { Err(SiteError::BadValue { key: key.into(), value, why }) }
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(SiteError::BadValue { key: key.into(), value, why })
+    }
 }
 
 fn positive(key: &str, value: f64) -> Result<(), SiteError> {
     let why = "it must be above 0";
-    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(SiteError::BadValue { key: key.into(), value, why }) }
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(SiteError::BadValue { key: key.into(), value, why })
+    }
 }

@@ -71,7 +71,9 @@ impl SymmetryGroup {
     /// Whether every product of two elements is an element, to `tolerance_rad`.
     pub fn is_closed(&self, tolerance_rad: f32) -> bool {
         self.rotations.iter().all(|a| {
-            self.rotations.iter().all(|b| self.rotations.iter().any(|c| (*a * *b).angle_between(*c) <= tolerance_rad))
+            self.rotations.iter().all(|b| {
+                self.rotations.iter().any(|c| (*a * *b).angle_between(*c) <= tolerance_rad)
+            })
         })
     }
 
@@ -132,16 +134,22 @@ mod tests {
 
     #[test]
     fn turns_about_the_axis_of_a_body_of_revolution_are_no_error() {
-        let group = SymmetryGroup::new(Vec3::new(1.0, 2.0, 3.0), vec![Quat::from_rotation_x(std::f32::consts::PI)])
-            .about_axis(Vec3::Z);
-        let truth = Quat::from_rotation_x(0.4) * Quat::from_rotation_y(-0.3) * Quat::from_rotation_z(1.1);
-        let estimate = truth * Quat::from_rotation_z(0.777) * Quat::from_rotation_x(std::f32::consts::PI);
+        let group = SymmetryGroup::new(
+            Vec3::new(1.0, 2.0, 3.0),
+            vec![Quat::from_rotation_x(std::f32::consts::PI)],
+        )
+        .about_axis(Vec3::Z);
+        let truth =
+            Quat::from_rotation_x(0.4) * Quat::from_rotation_y(-0.3) * Quat::from_rotation_z(1.1);
+        let estimate =
+            truth * Quat::from_rotation_z(0.777) * Quat::from_rotation_x(std::f32::consts::PI);
         assert!(group.rotation_error_rad(estimate, truth) < 1e-3);
         let tilted = estimate * Quat::from_rotation_y(0.05);
         assert!((group.rotation_error_rad(tilted, truth) - 0.05).abs() < 1e-3);
 
         let pose = Pose::from_parts(Vec3::new(5.0, 6.0, 7.0), truth);
-        let about_centre = |turn: Quat| Pose::from_parts(group.centre() - turn * group.centre(), turn);
+        let about_centre =
+            |turn: Quat| Pose::from_parts(group.centre() - turn * group.centre(), turn);
         let same = pose * about_centre(Quat::from_rotation_z(2.5));
         let (a, b) = (group.canonical(&pose), group.canonical(&same));
         assert!((a.translation - b.translation).length() < 1e-5);

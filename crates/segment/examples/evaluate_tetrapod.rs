@@ -27,7 +27,8 @@ struct Sums {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().collect();
-    let model = SegmentModel::load(args.get(1).ok_or("MODEL [SCENES] [votes|embedding]")?.as_ref())?;
+    let model =
+        SegmentModel::load(args.get(1).ok_or("MODEL [SCENES] [votes|embedding]")?.as_ref())?;
     let count: u64 = args.get(2).map_or(Ok(8), |s| s.parse())?;
     let clustering = match args.get(3).map(String::as_str) {
         Some("embedding") => Clustering::Embedding,
@@ -43,14 +44,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let made = &pile.made;
         let catalog = Catalog::new(vec![pile.model.clone()]);
         let clock = Instant::now();
-        let result = segment(&made.survey.cloud, &catalog, &model, &config, SeedTree::new(index), &Silent)?;
+        let result =
+            segment(&made.survey.cloud, &catalog, &model, &config, SeedTree::new(index), &Silent)?;
         let seconds = clock.elapsed().as_secs_f64();
         let d = pile.model.d_max_m;
-        let centres: Vec<Vec3> = made.scene.blocks.iter().map(|b| b.site_from_block * pile.model.centre).collect();
+        let centres: Vec<Vec3> =
+            made.scene.blocks.iter().map(|b| b.site_from_block * pile.model.centre).collect();
         // Blocks that are less than 80 % hidden count; points of the others are not held against anybody.
         let counted = |label: u32| label > 0 && made.occlusion[label as usize - 1] < 0.8;
-        let keep: Vec<usize> =
-            (0..made.instance.len()).filter(|&i| made.instance[i] == 0 || counted(made.instance[i])).collect();
+        let keep: Vec<usize> = (0..made.instance.len())
+            .filter(|&i| made.instance[i] == 0 || counted(made.instance[i]))
+            .collect();
         // An instance that lies mostly on a block that does not count is neither right nor wrong.
         let mut points = vec![(0_u32, 0_u32); result.instances + 1];
         for (&instance, &label) in result.instance.iter().zip(&made.instance) {
@@ -62,12 +66,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let predicted: Vec<u32> = keep.iter().map(|&i| judged(result.instance[i])).collect();
         let truth: Vec<u32> = keep.iter().map(|&i| made.instance[i]).collect();
         let s = &mut sums[usize::from(!pile.uav)];
-        let one = metrics::precision_recall(&[InstanceScene { predicted: &predicted, truth: &truth }], 0.5)?;
+        let one = metrics::precision_recall(
+            &[InstanceScene { predicted: &predicted, truth: &truth }],
+            0.5,
+        )?;
         let nearest = |c: &Vec3, n: usize| {
-            result.hypotheses.iter().take(n).map(|h| (h.centre - *c).length() / d).fold(f32::INFINITY, f32::min)
+            result
+                .hypotheses
+                .iter()
+                .take(n)
+                .map(|h| (h.centre - *c).length() / d)
+                .fold(f32::INFINITY, f32::min)
         };
-        let visible: Vec<&Vec3> =
-            centres.iter().enumerate().filter(|(i, _)| made.occlusion[*i] < 0.8).map(|(_, c)| c).collect();
+        let visible: Vec<&Vec3> = centres
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| made.occlusion[*i] < 0.8)
+            .map(|(_, c)| c)
+            .collect();
         for c in &visible {
             let e = nearest(c, usize::MAX);
             s.blocks += 1;
@@ -128,9 +144,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             s.errors.get(s.errors.len() / 2).copied().unwrap_or(f32::NAN),
         );
         for low in [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9] {
-            let bin: Vec<_> = s.scored.iter().filter(|(x, _)| *x >= low && *x < low + 0.1).collect();
+            let bin: Vec<_> =
+                s.scored.iter().filter(|(x, _)| *x >= low && *x < low + 0.1).collect();
             let right = bin.iter().filter(|b| b.1).count();
-            println!("  score {low:.1}: {} hypotheses, {:.2} right", bin.len(), right as f64 / bin.len().max(1) as f64);
+            println!(
+                "  score {low:.1}: {} hypotheses, {:.2} right",
+                bin.len(),
+                right as f64 / bin.len().max(1) as f64
+            );
         }
     }
     Ok(())

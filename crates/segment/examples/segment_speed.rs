@@ -17,7 +17,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let text = "name = \"speed\"\ncount = [55, 55]\ndensity_per_m2 = 1000\n[sensor]\nkind = \"gaussian\"\n";
     let made = synth::scene(&synth::Recipe::parse(text)?, &catalog, SeedTree::new(3))?;
     let one = &made.survey.cloud.position_m;
-    let positions = (0..copies).flat_map(|c| one.iter().map(move |p| *p + Vec3::X * (14.0 * c as f32))).collect();
+    let positions = (0..copies)
+        .flat_map(|c| one.iter().map(move |p| *p + Vec3::X * (14.0 * c as f32)))
+        .collect();
     let cloud = PointCloud::from_positions(positions);
     let weights = SegmentModel::shipped(&catalog)?;
     for passes in [1, 4] {

@@ -56,7 +56,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let shapes = vec![ShapeSignature::of(&blocks::shape_model("tetrapod", shape, 2300.0)?)];
     let name = "tetrapod, UAV and MBES, bed points".into();
     let config = TrainConfig { steps, name, shapes, ..Default::default() };
-    let trained = train(&source, &config, init.as_ref(), &folder, SeedTree::new(4), &Print { start: Instant::now() })?;
+    let trained = train(
+        &source,
+        &config,
+        init.as_ref(),
+        &folder,
+        SeedTree::new(4),
+        &Print { start: Instant::now() },
+    )?;
     println!("{} steps, held out {:?}", trained.steps, trained.validation);
     Ok(())
 }

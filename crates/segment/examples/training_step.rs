@@ -41,7 +41,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             losses.len() < WARM + steps
         })
-        .map(|()| (start.0.elapsed().as_secs_f64() / steps as f64, (processor_s() - start.1) / steps as f64))
+        .map(|()| {
+            (
+                start.0.elapsed().as_secs_f64() / steps as f64,
+                (processor_s() - start.1) / steps as f64,
+            )
+        })
     })?;
     for (step, l) in losses.iter().enumerate() {
         println!(
@@ -49,7 +54,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             l.total, l.pair, l.centre, l.offset, l.block
         );
     }
-    println!("{} points, {wall_s:.4} s a step, {processor_s:.4} s of the processor", tile.position.len());
+    println!(
+        "{} points, {wall_s:.4} s a step, {processor_s:.4} s of the processor",
+        tile.position.len()
+    );
     Ok(())
 }
 
@@ -64,7 +72,11 @@ fn table(tile: &Targets) -> String {
     let mut out = String::new();
     for i in 0..tile.position.len() {
         let (p, o) = (tile.position[i], tile.offset[i]);
-        let _ = writeln!(out, "{},{},{},{},{},{},{},{}", p.x, p.y, p.z, tile.instance[i], o.x, o.y, o.z, tile.inner[i]);
+        let _ = writeln!(
+            out,
+            "{},{},{},{},{},{},{},{}",
+            p.x, p.y, p.z, tile.instance[i], o.x, o.y, o.z, tile.inner[i]
+        );
     }
     out
 }

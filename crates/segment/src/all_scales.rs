@@ -38,7 +38,9 @@ impl Found {
             for (slot, l) in label.iter_mut().zip(&scale.label) {
                 if let Some((h, confidence)) = *l
                     && slot.is_none_or(|best| {
-                        let score = |s: usize, h: u32, c: f32| self.scales[s].hypotheses[h as usize].score * c;
+                        let score = |s: usize, h: u32, c: f32| {
+                            self.scales[s].hypotheses[h as usize].score * c
+                        };
                         score(s, h, confidence) > score(best.0, best.1, best.2)
                     })
                 {
@@ -57,14 +59,21 @@ impl Found {
         let of = |&(s, h): &(usize, u32)| &self.scales[s].hypotheses[h as usize];
         let is_instance = |key: &(usize, u32)| of(key).instance && count.contains_key(key);
         order.sort_by(|a, b| {
-            is_instance(b).cmp(&is_instance(a)).then(of(b).score.total_cmp(&of(a).score)).then(a.cmp(b))
+            is_instance(b)
+                .cmp(&is_instance(a))
+                .then(of(b).score.total_cmp(&of(a).score))
+                .then(a.cmp(b))
         });
         let instances = order.iter().filter(|k| is_instance(k)).count();
         let number: BTreeMap<(usize, u32), u32> =
             order.iter().take(instances).enumerate().map(|(i, k)| (*k, i as u32 + 1)).collect();
         let mut hypotheses: Vec<CentreHypothesis> = order
             .iter()
-            .map(|k| CentreHypothesis { centre: of(k).centre, score: of(k).score, points: of(k).points.clone() })
+            .map(|k| CentreHypothesis {
+                centre: of(k).centre,
+                score: of(k).score,
+                points: of(k).points.clone(),
+            })
             .collect();
         let mut result = Segmentation {
             instance: vec![0; points],

@@ -39,7 +39,7 @@ impl Default for Calibration {
 
 /// What speaks for a hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Signs {
+pub struct PeakFeatures {
     /// Density of the votes.
     pub density: f32,
     /// Thinned points within d_max of the centre, mean over the passes: where a survey is thin, fewer votes say as much.
@@ -66,9 +66,9 @@ impl Default for Confidence {
     }
 }
 
-impl Signs {
+impl PeakFeatures {
     /// ln density, and how many e-folds the place falls short of a dense survey.
-    fn features(&self) -> [f32; 2] {
+    fn terms(&self) -> [f32; 2] {
         let crowd = self.around.min(CROWD);
         [self.density.max(1e-6).ln(), ((CROWD + 1.0) / (crowd + 1.0)).ln()]
     }
@@ -76,14 +76,14 @@ impl Signs {
 
 impl Confidence {
     /// The probability.
-    pub fn of(&self, signs: &Signs) -> f32 {
-        let [density, short] = signs.features();
+    pub fn of(&self, features: &PeakFeatures) -> f32 {
+        let [density, short] = features.terms();
         let x = (density - self.density_at_half.ln()) * self.slope + short * self.thin;
         1.0 / (1.0 + (-x).exp())
     }
 
     /// The curve that makes what was seen most likely; `None` when nothing, or only one of right and wrong, was seen.
-    pub fn fit(seen: &[(Signs, bool)]) -> Option<Self> {
+    pub fn fit(seen: &[(PeakFeatures, bool)]) -> Option<Self> {
         if seen.iter().all(|s| s.1) || seen.iter().all(|s| !s.1) {
             return None;
         }
@@ -92,9 +92,10 @@ impl Confidence {
         let mut w = [0.0_f64; 3];
         for _ in 0..50 {
             let mut g: [f64; 3] = std::array::from_fn(|i| -pull[i] * w[i]);
-            let mut h: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j) * pull[i]));
-            for (signs, right) in seen {
-                let [density, short] = signs.features().map(f64::from);
+            let mut h: [[f64; 3]; 3] =
+                std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j) * pull[i]));
+            for (features, right) in seen {
+                let [density, short] = features.terms().map(f64::from);
                 let x = [density, short, 1.0];
                 let p = 1.0 / (1.0 + (-(0..3).map(|i| w[i] * x[i]).sum::<f64>()).exp());
                 for i in 0..3 {
@@ -112,9 +113,13 @@ impl Confidence {
                 w[i] += step[i] * (2.0 / longest).min(1.0);
             }
         }
-        let curve =
-            Self { density_at_half: (-w[2] / w[0]).exp() as f32, slope: w[0] as f32, thin: (w[1] as f32).max(0.0) };
-        (curve.slope > 0.0 && curve.density_at_half.is_finite() && curve.density_at_half > 0.0).then_some(curve)
+        let curve = Self {
+            density_at_half: (-w[2] / w[0]).exp() as f32,
+            slope: w[0] as f32,
+            thin: (w[1] as f32).max(0.0),
+        };
+        (curve.slope > 0.0 && curve.density_at_half.is_finite() && curve.density_at_half > 0.0)
+            .then_some(curve)
     }
 }
 
@@ -139,10 +144,10 @@ pub struct Trial {
 
 #[derive(Debug, Default)]
 struct Seen {
-    /// Signs and rightness of every hypothesis.
-    all: Vec<(Signs, bool)>,
-    /// Signs of those far enough apart for instances, and whether each is the first at its true centre.
-    apart: Vec<(Signs, bool)>,
+    /// PeakFeatures and rightness of every hypothesis.
+    all: Vec<(PeakFeatures, bool)>,
+    /// PeakFeatures of those far enough apart for instances, and whether each is the first at its true centre.
+    apart: Vec<(PeakFeatures, bool)>,
 }
 
 impl Evidence {
@@ -162,12 +167,16 @@ impl Evidence {
         };
         let modes = modes_by_width(&cloud, scene.unit_m, model, &WIDTHS, seed, observer)?;
         for (seen, modes) in self.by_width.iter_mut().zip(modes) {
-            seen.all.extend(modes.iter().map(|(peak, signs)| (*signs, near(peak.at).is_some())));
-            let apart = suppressed(modes.iter().map(|m| m.0).collect(), SegmentConfig::default().instance_spacing);
+            seen.all
+                .extend(modes.iter().map(|(peak, features)| (*features, near(peak.at).is_some())));
+            let apart = suppressed(
+                modes.iter().map(|m| m.0).collect(),
+                SegmentConfig::default().instance_spacing,
+            );
             let mut taken = vec![false; centres.len()];
-            for (peak, signs) in modes.iter().filter(|m| apart.contains(&m.0)) {
+            for (peak, features) in modes.iter().filter(|m| apart.contains(&m.0)) {
                 let first = near(peak.at).is_some_and(|c| !std::mem::replace(&mut taken[c], true));
-                seen.apart.push((*signs, first));
+                seen.apart.push((*features, first));
             }
         }
         Ok(())
@@ -185,7 +194,9 @@ impl Evidence {
     /// The width whose instances rank best, with its curve; `None` when nothing, or only right or wrong, was seen.
     pub fn fit(&self) -> Option<Calibration> {
         // Of equals the narrower.
-        let better = |best: Trial, next: Trial| if next.worth_blocks > best.worth_blocks { next } else { best };
+        let better = |best: Trial, next: Trial| {
+            if next.worth_blocks > best.worth_blocks { next } else { best }
+        };
         let best = self.trials().filter(|t| t.confidence.is_some()).reduce(better)?;
         Some(Calibration { vote_width: best.vote_width, confidence: best.confidence? })
     }
@@ -194,7 +205,8 @@ impl Evidence {
 impl Seen {
     /// Area under precision against blocks found, most confident instance first; blocks.
     fn worth_blocks(&self, curve: &Confidence) -> f32 {
-        let mut ranked: Vec<(f32, bool)> = self.apart.iter().map(|(signs, first)| (curve.of(signs), *first)).collect();
+        let mut ranked: Vec<(f32, bool)> =
+            self.apart.iter().map(|(features, first)| (curve.of(features), *first)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let (mut found, mut area) = (0.0, 0.0);
         for (rank, (_, first)) in ranked.iter().enumerate() {
@@ -216,21 +228,24 @@ mod tests {
     fn a_fit_finds_the_curve_its_data_came_from() {
         let truth = Confidence { density_at_half: 12.0, slope: 1.7, thin: 2.5 };
         let mut rng = SeedTree::new(4).rng();
-        let seen: Vec<(Signs, bool)> = (0..20_000)
+        let seen: Vec<(PeakFeatures, bool)> = (0..20_000)
             .map(|_| {
                 let density = rng.random_range(0.0_f32..5.0).exp();
-                let signs = Signs { density, around: rng.random_range(20.0..400.0) };
-                (signs, rng.random::<f32>() < truth.of(&signs))
+                let features = PeakFeatures { density, around: rng.random_range(20.0..400.0) };
+                (features, rng.random::<f32>() < truth.of(&features))
             })
             .collect();
         let fit = Confidence::fit(&seen).unwrap();
-        assert!((fit.density_at_half / 12.0 - 1.0).abs() < 0.08 && (fit.slope - 1.7).abs() < 0.1, "{fit:?}");
+        assert!(
+            (fit.density_at_half / 12.0 - 1.0).abs() < 0.08 && (fit.slope - 1.7).abs() < 0.1,
+            "{fit:?}"
+        );
         assert!((fit.thin - 2.5).abs() < 0.25, "{fit:?}");
     }
 
     #[test]
     fn the_width_with_fewer_wrong_instances_ahead_of_right_ones_wins() {
-        let dense = |density| Signs { density, around: 300.0 };
+        let dense = |density| PeakFeatures { density, around: 300.0 };
         let seen = |rows: &[(f32, bool)]| {
             let rows: Vec<_> = rows.iter().map(|&(d, right)| (dense(d), right)).collect();
             Seen { all: rows.clone(), apart: rows }
@@ -239,17 +254,21 @@ mod tests {
         let ordered = seen(&[(9.0, true), (8.0, true), (7.0, false), (6.0, false), (1.0, false)]);
         let evidence = Evidence { by_width: [mixed(), ordered, mixed(), Seen::default()] };
         assert_eq!(evidence.fit().unwrap().vote_width, WIDTHS[1]);
-        assert!((mixed().worth_blocks(&evidence.fit().unwrap().confidence) - (1.0 + 2.0 / 3.0)).abs() < 1e-6);
+        assert!(
+            (mixed().worth_blocks(&evidence.fit().unwrap().confidence) - (1.0 + 2.0 / 3.0)).abs()
+                < 1e-6
+        );
         assert_eq!(Evidence::default().fit(), None);
     }
 
     #[test]
     fn nothing_to_learn_from_is_no_curve() {
-        let dense = |density| Signs { density, around: 300.0 };
+        let dense = |density| PeakFeatures { density, around: 300.0 };
         assert_eq!(Confidence::fit(&[]), None);
         assert_eq!(Confidence::fit(&[(dense(3.0), true), (dense(4.0), true)]), None);
         // Separable data: steep, but a curve.
-        let seen = [(1.0, false), (2.0, false), (50.0, true), (60.0, true)].map(|(d, right)| (dense(d), right));
+        let seen = [(1.0, false), (2.0, false), (50.0, true), (60.0, true)]
+            .map(|(d, right)| (dense(d), right));
         let steep = Confidence::fit(&seen).unwrap();
         assert!(steep.of(&dense(1.0)) < 0.1 && steep.of(&dense(60.0)) > 0.9);
     }

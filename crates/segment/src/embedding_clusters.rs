@@ -18,7 +18,12 @@ pub(crate) struct Clusters {
 const COMPARED: f32 = 2.0;
 
 /// Clusters points (d_max) by score and embedding.
-pub(crate) fn cluster(position: &[Vec3], prediction: &Prediction, threshold: f32, suppression: f32) -> Clusters {
+pub(crate) fn cluster(
+    position: &[Vec3],
+    prediction: &Prediction,
+    threshold: f32,
+    suppression: f32,
+) -> Clusters {
     let centres = suppressed_centres(position, &prediction.centre, threshold, suppression);
     let places: Vec<Vec3> = centres.iter().map(|&c| position[c as usize]).collect();
     let grid = PointGrid::new(&places, COMPARED);
@@ -41,7 +46,8 @@ pub(crate) fn cluster(position: &[Vec3], prediction: &Prediction, threshold: f32
 
 /// Algorithm 1: the best-scored point above the threshold becomes a centre, all within the radius of it go, repeat.
 fn suppressed_centres(position: &[Vec3], score: &[f32], threshold: f32, radius: f32) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..position.len() as u32).filter(|&i| score[i as usize] > threshold).collect();
+    let mut order: Vec<u32> =
+        (0..position.len() as u32).filter(|&i| score[i as usize] > threshold).collect();
     order.sort_by(|&a, &b| score[b as usize].total_cmp(&score[a as usize]).then(a.cmp(&b)));
     let candidates: Vec<Vec3> = order.iter().map(|&i| position[i as usize]).collect();
     let grid = PointGrid::new(&candidates, radius);
@@ -63,12 +69,23 @@ mod tests {
 
     #[test]
     fn two_groups_and_a_stray() {
-        let position = vec![Vec3::ZERO, Vec3::X * 0.3, Vec3::X * 1.5, Vec3::X * 1.6, Vec3::X * 1.2, Vec3::X * 9.0];
+        let position = vec![
+            Vec3::ZERO,
+            Vec3::X * 0.3,
+            Vec3::X * 1.5,
+            Vec3::X * 1.6,
+            Vec3::X * 1.2,
+            Vec3::X * 9.0,
+        ];
         let mut embedding = vec![0.0; 6 * EMBEDDING];
         for (i, e) in [0.0, 0.1, 5.0, 5.1, 0.0, 0.0].into_iter().enumerate() {
             embedding[i * EMBEDDING] = e;
         }
-        let prediction = Prediction { centre: vec![0.9, 0.8, 0.7, 0.9, 0.2, 0.3], embedding, ..Default::default() };
+        let prediction = Prediction {
+            centre: vec![0.9, 0.8, 0.7, 0.9, 0.2, 0.3],
+            embedding,
+            ..Default::default()
+        };
         let c = cluster(&position, &prediction, 0.6, 1.0);
         assert_eq!(c.centres, vec![0, 3]);
         // Point 4 looks like the first centre but lies beyond d_max of it: noise, though the second is near.
@@ -77,7 +94,11 @@ mod tests {
 
     #[test]
     fn nothing_above_the_threshold() {
-        let prediction = Prediction { centre: vec![0.1; 3], embedding: vec![0.0; 3 * EMBEDDING], ..Default::default() };
+        let prediction = Prediction {
+            centre: vec![0.1; 3],
+            embedding: vec![0.0; 3 * EMBEDDING],
+            ..Default::default()
+        };
         let c = cluster(&[Vec3::ZERO; 3], &prediction, 0.6, 1.0);
         assert!(c.centres.is_empty() && c.member.iter().all(Option::is_none));
     }

@@ -16,7 +16,9 @@ pub enum SegmentError {
         d_max_m: f32,
     },
     /// A coordinate that is not a number.
-    #[error("point {point} has a coordinate that is not a finite number; remove it from the survey")]
+    #[error(
+        "point {point} has a coordinate that is not a finite number; remove it from the survey"
+    )]
     NotFinite {
         /// Point number, from 0.
         point: usize,
@@ -55,7 +57,9 @@ pub enum SegmentError {
         allowed: &'static str,
     },
     /// A training folder of other settings.
-    #[error("{folder} holds a training with another `{key}`; give the same recipes and options, or another folder")]
+    #[error(
+        "{folder} holds a training with another `{key}`; give the same recipes and options, or another folder"
+    )]
     OtherTraining {
         /// The folder.
         folder: String,

@@ -163,7 +163,8 @@ impl Fpcc {
     /// `input` of one batch → output; differentiable on an autodiff device.
     pub fn forward(&self, input: &[[f32; 6]], device: &Device) -> FpccOutput {
         let n = input.len();
-        let x = Tensor::<2>::from_data(TensorData::new(input.as_flattened().to_vec(), [n, 6]), device);
+        let x =
+            Tensor::<2>::from_data(TensorData::new(input.as_flattened().to_vec(), [n, 6]), device);
         let position: Vec<Vec3> = input.iter().map(|v| Vec3::new(v[0], v[1], v[2])).collect();
         let index = |rows: Vec<u32>| {
             let rows: Vec<i32> = rows.into_iter().map(|i| i as i32).collect();
@@ -193,8 +194,11 @@ fn nearest_features(x: Tensor<2>, k: usize) -> Vec<u32> {
     let squared = floats(norm.clone() + norm.transpose() - x.clone().matmul(x.transpose()) * 2.0); // [n, n]
     let mut out = Vec::with_capacity(n * k);
     for (i, row) in squared.chunks_exact(n).enumerate() {
-        let mut order: Vec<(f32, u32)> =
-            row.iter().enumerate().map(|(j, &d)| (if i == j { -1.0 } else { d.max(0.0) }, j as u32)).collect();
+        let mut order: Vec<(f32, u32)> = row
+            .iter()
+            .enumerate()
+            .map(|(j, &d)| (if i == j { -1.0 } else { d.max(0.0) }, j as u32))
+            .collect();
         let by = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
         if k < n {
             order.select_nth_unstable_by(k - 1, by);
@@ -233,7 +237,10 @@ mod tests {
         for (i, row) in want.iter().enumerate() {
             assert!((centre[i] - row[0]).abs() < 1e-4, "centre of point {i}");
             for (q, v) in row[1..].iter().enumerate() {
-                assert!((embedding[i * 128 + q] - v).abs() < 1e-3 * v.abs().max(1.0), "embedding of point {i}");
+                assert!(
+                    (embedding[i * 128 + q] - v).abs() < 1e-3 * v.abs().max(1.0),
+                    "embedding of point {i}"
+                );
             }
         }
     }
@@ -245,7 +252,8 @@ mod tests {
         let net = Fpcc::new(&FpccConfig::default(), &device);
         let mut rng = SeedTree::new(9).rng();
         // Random, because equal distances are decided by the order.
-        let points: Vec<Vec3> = (0..60).map(|_| Vec3::new(rng.random(), rng.random(), rng.random())).collect();
+        let points: Vec<Vec3> =
+            (0..60).map(|_| Vec3::new(rng.random(), rng.random(), rng.random())).collect();
         let input = inputs(&points);
         let mut turned = input.clone();
         turned.reverse();

@@ -51,7 +51,8 @@ pub(crate) fn cluster_pieces(
         if observer.cancelled() {
             return Err(SegmentError::Cancelled);
         }
-        let local: Vec<Vec3> = piece.points.iter().map(|&i| position[i as usize] - piece.middle).collect();
+        let local: Vec<Vec3> =
+            piece.points.iter().map(|&i| position[i as usize] - piece.middle).collect();
         let own = predict(network, batch_points, &local, seed.child("piece", number as u64));
         let clusters = cluster(&local, &own, threshold, suppression);
         let mut kept = vec![None; clusters.centres.len()];
@@ -63,7 +64,9 @@ pub(crate) fn cluster_pieces(
             }
         }
         for (slot, member) in clusters.member.iter().enumerate() {
-            let Some((c, number)) = member.and_then(|c| kept[c as usize].map(|k| (c, k))) else { continue };
+            let Some((c, number)) = member.and_then(|c| kept[c as usize].map(|k| (c, k))) else {
+                continue;
+            };
             let d2 = (local[slot] - local[clusters.centres[c as usize] as usize]).length_squared();
             let i = piece.points[slot] as usize;
             if d2 < reach[i] {
@@ -84,7 +87,11 @@ pub(crate) fn cluster_pieces(
 /// What the network says of one piece's points.
 fn predict(network: &Fpcc, batch_points: usize, position: &[Vec3], seed: SeedTree) -> Prediction {
     let n = position.len();
-    let mut out = Prediction { centre: vec![0.0; n], embedding: vec![0.0; n * EMBEDDING], ..Default::default() };
+    let mut out = Prediction {
+        centre: vec![0.0; n],
+        embedding: vec![0.0; n * EMBEDDING],
+        ..Default::default()
+    };
     let device = Device::flex();
     let input = inputs_in(position, &Bounds::of(position.iter().copied()));
     for batch in batches(n, batch_points, seed) {
@@ -94,7 +101,8 @@ fn predict(network: &Fpcc, batch_points: usize, position: &[Vec3], seed: SeedTre
         for (slot, &i) in batch.iter().enumerate() {
             let i = i as usize;
             out.centre[i] = centre[slot];
-            out.embedding[i * EMBEDDING..][..EMBEDDING].copy_from_slice(&embedding[slot * EMBEDDING..][..EMBEDDING]);
+            out.embedding[i * EMBEDDING..][..EMBEDDING]
+                .copy_from_slice(&embedding[slot * EMBEDDING..][..EMBEDDING]);
         }
     }
     out
@@ -131,9 +139,17 @@ mod tests {
         let network = Fpcc::new(&config, &device);
         let mut rng = SeedTree::new(2).rng();
         let position: Vec<Vec3> = (0..3000)
-            .map(|_| Vec3::new(rng.random::<f32>() * 20.0, rng.random::<f32>() * 9.0, rng.random::<f32>()))
+            .map(|_| {
+                Vec3::new(
+                    rng.random::<f32>() * 20.0,
+                    rng.random::<f32>() * 9.0,
+                    rng.random::<f32>(),
+                )
+            })
             .collect();
-        let found = cluster_pieces(&network, 64, &position, 0.0, 1.0, SeedTree::new(1), &Silent, |_| ()).unwrap();
+        let found =
+            cluster_pieces(&network, 64, &position, 0.0, 1.0, SeedTree::new(1), &Silent, |_| ())
+                .unwrap();
         let mut centres = found.clusters.centres.clone();
         assert!(!centres.is_empty());
         centres.sort_unstable();

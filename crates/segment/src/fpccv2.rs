@@ -105,7 +105,8 @@ impl FpccV2 {
             let parts = [c.embedding, c.centre, votes.offset, votes.log_error, votes.block];
             blocks.iter_mut().zip(parts).for_each(|(blocks, part)| blocks.push(part));
         });
-        let [embedding, centre, offset, log_error, block] = blocks.map(|parts| Tensor::cat(parts, 0));
+        let [embedding, centre, offset, log_error, block] =
+            blocks.map(|parts| Tensor::cat(parts, 0));
         Output { embedding, centre, offset, log_error, block }
     }
 
@@ -166,16 +167,23 @@ mod tests {
 
     #[test]
     fn forward_equals_the_numpy_reference() {
-        let model = SegmentModel::from_bytes(include_bytes!("../tests/golden/fpccv2.safetensors")).unwrap();
-        let (NetworkConfig::FpccV2(config), Network::FpccV2(network)) = (&model.description.network, &model.network)
+        let model =
+            SegmentModel::from_bytes(include_bytes!("../tests/golden/fpccv2.safetensors")).unwrap();
+        let (NetworkConfig::FpccV2(config), Network::FpccV2(network)) =
+            (&model.description.network, &model.network)
         else {
             panic!("the golden file holds a FPCCv2")
         };
         let hood = neighbourhood(crate::golden::points(), &config.backbone);
         let device = Device::flex();
         let out = network.infer(&hood, &device);
-        let parts =
-            [(out.offset, 3), (out.log_error, 1), (out.block, 1), (out.centre, 1), (out.embedding.narrow(1, 0, 4), 4)];
+        let parts = [
+            (out.offset, 3),
+            (out.log_error, 1),
+            (out.block, 1),
+            (out.centre, 1),
+            (out.embedding.narrow(1, 0, 4), 4),
+        ];
         let want = crate::golden::rows(include_str!("../tests/golden/fpccv2.csv"));
         let mut first = 0;
         for (tensor, width) in parts {

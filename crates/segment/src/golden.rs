@@ -1,5 +1,5 @@
 //! The small networks and the cloud of the golden numbers in `tests/golden`. To make them anew:
-//! `cargo test -p tsumu-segment --lib -- --ignored golden::make`, then in that folder, with `tools/oracle`,
+//! `cargo test -p segment --lib -- --ignored golden::make`, then in that folder, with `tools/oracle`,
 //! `python fpccv2_forward.py fpccv2.safetensors points.csv fpccv2.csv` and the same for `fpcc`.
 
 use crate::fpcc::{Fpcc, FpccConfig};
@@ -15,7 +15,13 @@ pub(crate) fn small_fpcc() -> FpccConfig {
 }
 
 fn small_fpccv2() -> FpccV2Config {
-    let backbone = BackboneConfig { neighbours: 6, dilation: 3, edge: vec![6, 7, 8], level: vec![8, 9, 10], out: 12 };
+    let backbone = BackboneConfig {
+        neighbours: 6,
+        dilation: 3,
+        edge: vec![6, 7, 8],
+        level: vec![8, 9, 10],
+        out: 12,
+    };
     FpccV2Config { backbone }
 }
 
@@ -34,13 +40,15 @@ pub(crate) fn rows(csv: &str) -> Vec<Vec<f32>> {
 fn make() {
     let device = Device::flex();
     device.seed(11);
-    let config = TrainConfig { network: NetworkConfig::FpccV2(small_fpccv2()), ..Default::default() };
+    let config =
+        TrainConfig { network: NetworkConfig::FpccV2(small_fpccv2()), ..Default::default() };
     let network = crate::fpccv2::FpccV2::new(&small_fpccv2(), &device);
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
     SegmentModel::of_network(network.into_network(), &config, 0)
         .unwrap()
         .save(&folder.join("fpccv2.safetensors"))
         .unwrap();
-    let bytes = net::weights::to_bytes(&Fpcc::new(&small_fpcc(), &device), &Default::default()).unwrap();
+    let bytes =
+        net::weights::to_bytes(&Fpcc::new(&small_fpcc(), &device), &Default::default()).unwrap();
     std::fs::write(folder.join("fpcc.safetensors"), bytes).unwrap();
 }

@@ -45,7 +45,9 @@ pub(crate) fn predict(
     observer: &dyn Observer,
     mut tile_done: impl FnMut(f32),
 ) -> Result<Vec<Prediction>, SegmentError> {
-    let (Network::FpccV2(network), NetworkConfig::FpccV2(config)) = (&model.network, &model.description.network) else {
+    let (Network::FpccV2(network), NetworkConfig::FpccV2(config)) =
+        (&model.network, &model.description.network)
+    else {
         unreachable!("FPCC has its own way through the cloud");
     };
     let mut jobs: Vec<(usize, Tile)> = Vec::new();
@@ -56,9 +58,11 @@ pub(crate) fn predict(
     jobs.sort_by_key(|(_, tile)| Reverse(tile.points.len()));
     let work = |job: usize| {
         let (cloud, tile) = &jobs[job];
-        (!observer.cancelled()).then(|| predict_tile(network, &config.backbone, &clouds[*cloud], tile, with_embedding))
+        (!observer.cancelled())
+            .then(|| predict_tile(network, &config.backbone, &clouds[*cloud], tile, with_embedding))
     };
-    let mut out: Vec<Prediction> = clouds.iter().map(|c| Prediction::zeros(c.len(), with_embedding)).collect();
+    let mut out: Vec<Prediction> =
+        clouds.iter().map(|c| Prediction::zeros(c.len(), with_embedding)).collect();
     let total = clouds.iter().map(Vec::len).sum::<usize>().max(1) as f32;
     let mut finished = 0;
     let mut cancelled = false;
@@ -88,11 +92,14 @@ fn predict_tile(
 ) -> Prediction {
     let device = Device::flex();
     let at = |slot: usize| position[tile.points[slot] as usize];
-    let hood = neighbourhood((0..tile.points.len()).map(|slot| at(slot) - tile.middle).collect(), config);
+    let hood =
+        neighbourhood((0..tile.points.len()).map(|slot| at(slot) - tile.middle).collect(), config);
     let mut out = Prediction::default();
     network.infer_blocks(&hood, tile.core, with_embedding, &device, |first, votes, centres| {
         let offset = floats(votes.offset);
-        out.vote.extend(offset.chunks_exact(3).enumerate().map(|(i, o)| at(first + i) + Vec3::from_slice(o)));
+        out.vote.extend(
+            offset.chunks_exact(3).enumerate().map(|(i, o)| at(first + i) + Vec3::from_slice(o)),
+        );
         out.error.extend(floats(votes.log_error).into_iter().map(f32::exp));
         out.block.extend(floats(sigmoid(votes.block)));
         if let Some(centres) = centres {
@@ -179,7 +186,8 @@ fn divide(
     if core.len() > MOST_POINTS && size.max_element() > margin {
         let axis = usize::from(size.y > size.x);
         let cut = (low[axis] + high[axis]) / 2.0;
-        let (left, right): (Vec<u32>, Vec<u32>) = core.iter().partition(|&&i| position[i as usize][axis] < cut);
+        let (left, right): (Vec<u32>, Vec<u32>) =
+            core.iter().partition(|&&i| position[i as usize][axis] < cut);
         let (mut left_high, mut right_low) = (high, low);
         left_high[axis] = cut;
         right_low[axis] = cut;
@@ -199,8 +207,11 @@ fn divide(
     };
     let count = core.len();
     let mut points = core;
-    let mut beside: Vec<(u32, u32)> =
-        around.into_iter().filter(|&i| outside(i) <= margin).map(|i| (outside(i).max(0.0).to_bits(), i)).collect();
+    let mut beside: Vec<(u32, u32)> = around
+        .into_iter()
+        .filter(|&i| outside(i) <= margin)
+        .map(|i| (outside(i).max(0.0).to_bits(), i))
+        .collect();
     beside.sort_unstable();
     points.extend(beside.into_iter().map(|b| b.1));
     let middle = ((low + high) / 2.0).extend(position[points[0] as usize].z);
@@ -217,7 +228,13 @@ mod tests {
     fn every_point_is_in_one_core_and_sees_its_margin() {
         let mut rng = SeedTree::new(1).rng();
         let position: Vec<Vec3> = (0..60_000)
-            .map(|_| Vec3::new(rng.random::<f32>() * 40.0, rng.random::<f32>() * 13.0, rng.random::<f32>()))
+            .map(|_| {
+                Vec3::new(
+                    rng.random::<f32>() * 40.0,
+                    rng.random::<f32>() * 13.0,
+                    rng.random::<f32>(),
+                )
+            })
             .collect();
         let mut seen = vec![0; position.len()];
         for tile in tiles(&position, CORE, MARGIN) {
@@ -227,7 +244,8 @@ mod tests {
             }
             let inside = |p: Vec3| {
                 let (low, high) = (core.min - (MARGIN - 0.1), core.max + (MARGIN - 0.1));
-                p.truncate().cmpge(low.truncate()).all() && p.truncate().cmple(high.truncate()).all()
+                p.truncate().cmpge(low.truncate()).all()
+                    && p.truncate().cmple(high.truncate()).all()
             };
             let expected = position.iter().filter(|p| inside(**p)).count();
             assert!(tile.points.len() >= expected);

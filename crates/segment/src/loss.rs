@@ -40,7 +40,14 @@ pub struct PairLossConfig {
 
 impl Default for PairLossConfig {
     fn default() -> Self {
-        Self { near: 0.5, far: 1.0, distance: PairDistance::Plain, pull: 1.0, valid_distance: true, attention: true }
+        Self {
+            near: 0.5,
+            far: 1.0,
+            distance: PairDistance::Plain,
+            pull: 1.0,
+            valid_distance: true,
+            attention: true,
+        }
     }
 }
 
@@ -113,11 +120,20 @@ pub struct LossReport {
 }
 
 /// The whole loss of one tile.
-pub fn loss(output: Output, targets: &Targets, config: &LossConfig, device: &Device) -> (Tensor<1>, LossReport) {
+pub fn loss(
+    output: Output,
+    targets: &Targets,
+    config: &LossConfig,
+    device: &Device,
+) -> (Tensor<1>, LossReport) {
     let n = targets.instance.len();
     let column = |v: Vec<f32>| Tensor::<2>::from_data(TensorData::new(v, [n, 1]), device);
-    let on_block: Vec<f32> =
-        targets.instance.iter().zip(&targets.inner).map(|(&i, &w)| if i > 0 { w } else { 0.0 }).collect();
+    let on_block: Vec<f32> = targets
+        .instance
+        .iter()
+        .zip(&targets.inner)
+        .map(|(&i, &w)| if i > 0 { w } else { 0.0 })
+        .collect();
     let counted = on_block.iter().sum::<f32>().max(1.0);
     let inner = targets.inner.iter().sum::<f32>().max(1.0);
     let mask = column(on_block.clone());
@@ -130,7 +146,8 @@ pub fn loss(output: Output, targets: &Targets, config: &LossConfig, device: &Dev
     let expected = error.detach() * (-output.log_error.clone()).exp() + output.log_error * 3.0;
     let expected = (expected * mask.clone()).sum() / counted;
     let label = column(targets.instance.iter().map(|&i| f32::from(i > 0)).collect());
-    let block = (softplus(output.block.clone(), 1.0) - output.block * label) * column(targets.inner.clone());
+    let block = (softplus(output.block.clone(), 1.0) - output.block * label)
+        * column(targets.inner.clone());
     let block = block.sum() / inner;
     let score: Vec<f32> = targets.centre_score();
     let centre = smooth_l1(output.centre - column(score.clone()));
@@ -174,7 +191,8 @@ pub fn pair_loss(
     device: &Device,
 ) -> Tensor<1> {
     let m = chosen.len();
-    let (mut same, mut different, mut valid) = (Vec::with_capacity(m * m), Vec::with_capacity(m * m), 0.0_f32);
+    let (mut same, mut different, mut valid) =
+        (Vec::with_capacity(m * m), Vec::with_capacity(m * m), 0.0_f32);
     for &i in chosen {
         for &j in chosen {
             let near = (targets.position[i] - targets.position[j]).length_squared() < 4.0;
@@ -243,11 +261,15 @@ mod tests {
         let leaves: Vec<Tensor<2>> = parts
             .iter()
             .map(|p| {
-                let t = Tensor::<2>::from_data(TensorData::new(p.clone(), Shape::new([N, p.len() / N])), device);
+                let t = Tensor::<2>::from_data(
+                    TensorData::new(p.clone(), Shape::new([N, p.len() / N])),
+                    device,
+                );
                 if device.is_autodiff() { t.require_grad() } else { t }
             })
             .collect();
-        let [embedding, centre, offset, log_error, block] = [0, 1, 2, 3, 4].map(|i| leaves[i].clone());
+        let [embedding, centre, offset, log_error, block] =
+            [0, 1, 2, 3, 4].map(|i| leaves[i].clone());
         (Output { embedding, centre, offset, log_error, block }, leaves)
     }
 
@@ -262,7 +284,8 @@ mod tests {
             ..Default::default()
         };
         let everywhere = LossConfig { centre_weight: 1.0, score_ground: true, ..none.clone() };
-        let squared = PairLossConfig { distance: PairDistance::Squared, pull: 2.0, ..Default::default() };
+        let squared =
+            PairLossConfig { distance: PairDistance::Squared, pull: 2.0, ..Default::default() };
         let bare = PairLossConfig { valid_distance: false, attention: false, ..Default::default() };
         vec![
             LossConfig { centre_weight: 1.0, ..none.clone() },
@@ -278,11 +301,13 @@ mod tests {
     #[test]
     fn gradients_equal_finite_differences() {
         let targets = targets();
-        let parts: Vec<Vec<f32>> = [8, 1, 3, 1, 1].iter().enumerate().map(|(i, w)| numbers(N * w, i as u64)).collect();
+        let parts: Vec<Vec<f32>> =
+            [8, 1, 3, 1, 1].iter().enumerate().map(|(i, w)| numbers(N * w, i as u64)).collect();
         let plain = Device::flex();
         let tracked = Device::flex().autodiff();
-        let value =
-            |parts: &[Vec<f32>], config: &LossConfig| loss(output(parts, &plain).0, &targets, config, &plain).1.total;
+        let value = |parts: &[Vec<f32>], config: &LossConfig| {
+            loss(output(parts, &plain).0, &targets, config, &plain).1.total
+        };
         for (c, config) in configs().iter().enumerate() {
             let (out, leaves) = output(&parts, &tracked);
             let mut grads = loss(out, &targets, config, &tracked).0.backward();
@@ -296,7 +321,10 @@ mod tests {
                         value(&parts, config)
                     };
                     let want = (moved(1e-3) - moved(-1e-3)) / 2e-3;
-                    assert!((g - want).abs() < 2e-3 + 0.03 * want.abs(), "loss {c}, part {part}[{at}]: {g} {want}");
+                    assert!(
+                        (g - want).abs() < 2e-3 + 0.03 * want.abs(),
+                        "loss {c}, part {part}[{at}]: {g} {want}"
+                    );
                     some |= g != 0.0;
                 }
             }
@@ -333,7 +361,8 @@ mod tests {
         let score = targets.centre_score();
         let chosen: Vec<usize> = (0..N).filter(|&i| targets.instance[i] > 0).collect();
         let config = PairLossConfig::default();
-        let rows: Vec<f32> = chosen.iter().flat_map(|&i| embedding[i * 8..(i + 1) * 8].to_vec()).collect();
+        let rows: Vec<f32> =
+            chosen.iter().flat_map(|&i| embedding[i * 8..(i + 1) * 8].to_vec()).collect();
         let tensor = Tensor::<2>::from_data(TensorData::new(rows, [chosen.len(), 8]), &device);
         let got = floats(pair_loss(tensor, &targets, &chosen, &score, &config, &device))[0];
         let (mut sum, mut valid) = (0.0, 0.0);
@@ -343,9 +372,15 @@ mod tests {
                     continue;
                 }
                 valid += 1.0;
-                let d: f32 = (0..8).map(|q| (embedding[i * 8 + q] - embedding[j * 8 + q]).powi(2)).sum::<f32>().sqrt();
-                let kappa =
-                    if targets.instance[i] == targets.instance[j] { (d - 0.5).max(0.0) } else { (1.0 - d).max(0.0) };
+                let d: f32 = (0..8)
+                    .map(|q| (embedding[i * 8 + q] - embedding[j * 8 + q]).powi(2))
+                    .sum::<f32>()
+                    .sqrt();
+                let kappa = if targets.instance[i] == targets.instance[j] {
+                    (d - 0.5).max(0.0)
+                } else {
+                    (1.0 - d).max(0.0)
+                };
                 sum += kappa * (score[i] + score[j]).min(1.0);
             }
         }

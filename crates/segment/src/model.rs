@@ -69,8 +69,10 @@ pub struct SegmentModel {
 impl SegmentModel {
     /// Reads `model.safetensors` as training writes it.
     pub fn load(path: &Path) -> Result<Self, SegmentError> {
-        let bytes = std::fs::read(path)
-            .map_err(|e| SegmentError::File { path: path.display().to_string(), message: e.to_string() })?;
+        let bytes = std::fs::read(path).map_err(|e| SegmentError::File {
+            path: path.display().to_string(),
+            message: e.to_string(),
+        })?;
         Self::from_bytes(&bytes)
     }
 
@@ -85,7 +87,9 @@ impl SegmentModel {
         let description: ModelDescription =
             serde_json::from_str(text).map_err(|e| SegmentError::Description(e.to_string()))?;
         if description.network.architecture() != architecture {
-            return Err(SegmentError::Description(format!("it does not describe a `{architecture}` network")));
+            return Err(SegmentError::Description(format!(
+                "it does not describe a `{architecture}` network"
+            )));
         }
         if let Some(fault) = description.network.fault() {
             return Err(SegmentError::Description(fault.into()));
@@ -94,7 +98,9 @@ impl SegmentModel {
             return Err(SegmentError::Description("the network has no cell size".into()));
         }
         if !(description.vote_width >= 0.02 && description.vote_width <= 1.0) {
-            return Err(SegmentError::Description("the width of the votes' kernel is not 0.02 to 1 d_max".into()));
+            return Err(SegmentError::Description(
+                "the width of the votes' kernel is not 0.02 to 1 d_max".into(),
+            ));
         }
         // Before memory is taken: a header of a few lines may claim any width.
         if description.network.matrix_weights() > bytes.len() as u128 {
@@ -108,8 +114,8 @@ impl SegmentModel {
 
     /// The bytes of a model file.
     pub fn to_bytes(&self) -> Result<Vec<u8>, SegmentError> {
-        let description =
-            serde_json::to_string(&self.description).map_err(|e| SegmentError::Description(e.to_string()))?;
+        let description = serde_json::to_string(&self.description)
+            .map_err(|e| SegmentError::Description(e.to_string()))?;
         let metadata = [
             ("architecture".to_owned(), self.description.network.architecture().to_owned()),
             ("description".to_owned(), description),
@@ -119,19 +125,27 @@ impl SegmentModel {
 
     /// Writes a model file.
     pub fn save(&self, path: &Path) -> Result<(), SegmentError> {
-        std::fs::write(path, self.to_bytes()?)
-            .map_err(|e| SegmentError::File { path: path.display().to_string(), message: e.to_string() })
+        std::fs::write(path, self.to_bytes()?).map_err(|e| SegmentError::File {
+            path: path.display().to_string(),
+            message: e.to_string(),
+        })
     }
 
     /// Names of the catalogue's blocks whose shape these weights never saw.
-    pub fn strangers<'a>(&self, catalog: &'a Catalog) -> Vec<&'a str> {
+    pub fn unseen_types<'a>(&self, catalog: &'a Catalog) -> Vec<&'a str> {
         let known = &self.description.shapes;
-        let strange = |b: &BlockModel| !known.is_empty() && !known.iter().any(|k| k.matches(&ShapeSignature::of(b)));
+        let strange = |b: &BlockModel| {
+            !known.is_empty() && !known.iter().any(|k| k.matches(&ShapeSignature::of(b)))
+        };
         catalog.iter().filter(|(_, b)| strange(b)).map(|(_, b)| b.name.as_str()).collect()
     }
 
     /// A network in training as a model.
-    pub(crate) fn of_network(network: Network, config: &TrainConfig, steps: u64) -> Result<Self, SegmentError> {
+    pub(crate) fn of_network(
+        network: Network,
+        config: &TrainConfig,
+        steps: u64,
+    ) -> Result<Self, SegmentError> {
         let description = ModelDescription {
             name: config.name.clone(),
             network: config.network.clone(),

@@ -79,7 +79,10 @@ impl NetworkConfig {
     /// A number that no network can have, if there is one.
     pub(crate) fn fault(&self) -> Option<&'static str> {
         match self {
-            Self::FpccV2(c) if c.backbone.edge.is_empty() || c.backbone.edge.len() != c.backbone.level.len() => {
+            Self::FpccV2(c)
+                if c.backbone.edge.is_empty()
+                    || c.backbone.edge.len() != c.backbone.level.len() =>
+            {
                 Some("the network has no levels")
             }
             Self::Fpcc(c) if c.batch_points == 0 => Some("the network's batches are empty"),
@@ -89,7 +92,10 @@ impl NetworkConfig {
 }
 
 impl Network {
-    pub(crate) fn to_bytes(&self, metadata: &BTreeMap<String, String>) -> Result<Vec<u8>, WeightsError> {
+    pub(crate) fn to_bytes(
+        &self,
+        metadata: &BTreeMap<String, String>,
+    ) -> Result<Vec<u8>, WeightsError> {
         match self {
             Self::FpccV2(network) => net::weights::to_bytes(network.as_ref(), metadata),
             Self::Fpcc(network) => net::weights::to_bytes(network.as_ref(), metadata),
@@ -180,7 +186,8 @@ impl Learner for Fpcc {
         share: f32,
         device: &Device,
     ) -> (GradientsParams, LossReport) {
-        let (total, report) = loss(self.forward(&tile.inputs(), device).into(), tile, &config.loss, device);
+        let (total, report) =
+            loss(self.forward(&tile.inputs(), device).into(), tile, &config.loss, device);
         (GradientsParams::from_grads((total * share).backward(), self), report)
     }
 

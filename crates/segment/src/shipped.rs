@@ -13,14 +13,19 @@ const ANY_SHAPE: &[u8] = include_bytes!("../weights/any-shape.safetensors");
 const FPCC: &[u8] = include_bytes!("../weights/fpcc.safetensors");
 
 /// Name, as `--model` takes it, and bytes.
-const SHIPPED: &[(&str, &[u8])] = &[("tetrapod", TETRAPOD), ("any-shape", ANY_SHAPE), ("fpcc", FPCC)];
+const SHIPPED: &[(&str, &[u8])] =
+    &[("tetrapod", TETRAPOD), ("any-shape", ANY_SHAPE), ("fpcc", FPCC)];
 
 impl SegmentModel {
     /// The shipped weights for this catalogue: the tetrapod's when it holds nothing else, otherwise those for any shape.
     /// Which they are stands in `description.name`.
     pub fn shipped(catalog: &Catalog) -> Result<Self, SegmentError> {
         let tetrapod = Self::from_bytes(TETRAPOD)?;
-        if tetrapod.strangers(catalog).is_empty() { Ok(tetrapod) } else { Self::from_bytes(ANY_SHAPE) }
+        if tetrapod.unseen_types(catalog).is_empty() {
+            Ok(tetrapod)
+        } else {
+            Self::from_bytes(ANY_SHAPE)
+        }
     }
 
     /// Shipped weights by name; `None` for a name there are none of.
@@ -35,17 +40,22 @@ mod tests {
     use scene::Shape;
 
     #[test]
-    fn tetrapods_of_any_size_have_their_weights_and_a_cube_among_them_asks_for_those_of_any_shape() {
+    fn tetrapods_of_any_size_have_their_weights_and_a_cube_among_them_asks_for_those_of_any_shape()
+    {
         let model = |name: &str, shape| blocks::shape_model(name, shape, 2300.0).unwrap();
-        let mut models =
-            vec![model("small", Shape::Tetrapod { size: 0.3 }), model("large", Shape::Tetrapod { size: 4.0 })];
+        let mut models = vec![
+            model("small", Shape::Tetrapod { size: 0.3 }),
+            model("large", Shape::Tetrapod { size: 4.0 }),
+        ];
         let shipped = SegmentModel::shipped(&Catalog::new(models.clone())).unwrap();
         assert!(shipped.description.name.contains("tetrapod"));
         models.push(model("cube", Shape::Cube { size: 2.0 }));
         let catalog = Catalog::new(models);
-        assert_eq!(shipped.strangers(&catalog), ["cube"]);
+        assert_eq!(shipped.unseen_types(&catalog), ["cube"]);
         let any = SegmentModel::shipped(&catalog).unwrap();
-        assert!(any.description.name.contains("any shape") && any.strangers(&catalog).is_empty());
+        assert!(
+            any.description.name.contains("any shape") && any.unseen_types(&catalog).is_empty()
+        );
     }
 
     #[test]
@@ -63,7 +73,9 @@ mod tests {
             assert!(refused(&TETRAPOD[..cut]), "cut at {cut}");
         }
         let text = String::from_utf8(TETRAPOD[8..header].to_vec()).unwrap();
-        let with = |text: &str| [&(text.len() as u64).to_le_bytes()[..], text.as_bytes(), &TETRAPOD[header..]].concat();
+        let with = |text: &str| {
+            [&(text.len() as u64).to_le_bytes()[..], text.as_bytes(), &TETRAPOD[header..]].concat()
+        };
         for (from, to) in [
             (r#"\"out\":512"#, r#"\"out\":99999999"#),
             (r#"\"edge\":["#, r#"\"edge\":[4000000000,"#),

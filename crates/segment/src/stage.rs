@@ -5,7 +5,7 @@
 //! enough become instances; all of them go on as hypotheses. Everything is in units of d_max, which the catalogue gives.
 
 use crate::all_scales::{AtScale, Found, Hypothesis};
-use crate::calibration::Signs;
+use crate::calibration::PeakFeatures;
 use crate::embedding_clusters::{Clusters, cluster};
 use crate::fpcc_batches::cluster_pieces;
 use crate::infer::predict;
@@ -87,14 +87,14 @@ pub fn segment(
     if let Some(point) = cloud.position_m.iter().position(|p| !p.is_finite()) {
         return Err(SegmentError::NotFinite { point });
     }
-    let strangers = model.strangers(catalog);
-    if !strangers.is_empty() {
+    let unseen_types = model.unseen_types(catalog);
+    if !unseen_types.is_empty() {
         observer.event(Event::Warned(Warning {
             stage: "segment",
             message: format!(
                 "the weights `{}` were not trained on the shape of {}; expect misses, or train with `tsumu train segment`",
                 model.description.name,
-                strangers.join(", ")
+                unseen_types.join(", ")
             ),
         }));
     }
@@ -102,7 +102,14 @@ pub fn segment(
     let mut found = Found::default();
     for (at, &unit_m) in units.iter().enumerate() {
         let progress = Progress { observer, points: cloud.len(), part: at, parts: units.len() };
-        found.add(at_scale(cloud, unit_m, model, config, seed.child("scale", at as u64), &progress)?);
+        found.add(at_scale(
+            cloud,
+            unit_m,
+            model,
+            config,
+            seed.child("scale", at as u64),
+            &progress,
+        )?);
     }
     let result = found.into_segmentation(cloud.len());
     if result.instances == 0 && !cloud.is_empty() {
@@ -127,7 +134,10 @@ pub fn scales(catalog: &Catalog) -> Result<Vec<f32>, SegmentError> {
     let mut sizes = Vec::new();
     for (_, model) in catalog.iter() {
         if !(model.d_max_m > 0.0 && model.d_max_m.is_finite()) {
-            return Err(SegmentError::BadBlockSize { name: model.name.clone(), d_max_m: model.d_max_m });
+            return Err(SegmentError::BadBlockSize {
+                name: model.name.clone(),
+                d_max_m: model.d_max_m,
+            });
         }
         sizes.push(model.d_max_m);
     }
@@ -165,9 +175,12 @@ fn at_scale(
     seed: SeedTree,
     progress: &Progress<'_>,
 ) -> Result<AtScale, SegmentError> {
-    if let (Network::Fpcc(network), NetworkConfig::Fpcc(widths)) = (&model.network, &model.description.network) {
+    if let (Network::Fpcc(network), NetworkConfig::Fpcc(widths)) =
+        (&model.network, &model.description.network)
+    {
         let thinned = thin(&cloud.position_m, model.description.cell * unit_m, Vec3::ZERO);
-        let position: Vec<Vec3> = thinned.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect();
+        let position: Vec<Vec3> =
+            thinned.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect();
         let total = position.len().max(1) as f32;
         let found = cluster_pieces(
             network,
@@ -188,13 +201,18 @@ fn at_scale(
         Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, &model.description, config),
         Clustering::Embedding => {
             let run = &runs[0];
-            let clusters = cluster(&run.position, &run.prediction, config.centre_threshold, config.suppression);
+            let clusters = cluster(
+                &run.position,
+                &run.prediction,
+                config.centre_threshold,
+                config.suppression,
+            );
             by_embedding(&clusters, run, cloud.len(), unit_m, config)
         }
     })
 }
 
-/// Every mode of the votes at one scale with its signs, before any confidence, for each width of the kernel; d_max.
+/// Every mode of the votes at one scale with its features, before any confidence, for each width of the kernel; d_max.
 pub(crate) fn modes_by_width(
     cloud: &PointCloud,
     unit_m: f32,
@@ -202,7 +220,7 @@ pub(crate) fn modes_by_width(
     widths: &[f32],
     seed: SeedTree,
     observer: &dyn Observer,
-) -> Result<Vec<Vec<(Peak, Signs)>>, SegmentError> {
+) -> Result<Vec<Vec<(Peak, PeakFeatures)>>, SegmentError> {
     let progress = Progress { observer, points: cloud.len(), part: 0, parts: 1 };
     let config = SegmentConfig::default();
     let runs = run_passes(cloud, unit_m, model, &config, config.passes, seed, &progress)?;
@@ -223,17 +241,30 @@ fn run_passes(
     let mut clouds: Vec<Vec<Vec3>> = Vec::new();
     for pass in 0..passes {
         let mut rng = seed.child("pass", u64::from(pass)).rng();
-        let shift = if pass == 0 { Vec3::ZERO } else { Vec3::new(rng.random(), rng.random(), rng.random()) };
+        let shift = if pass == 0 {
+            Vec3::ZERO
+        } else {
+            Vec3::new(rng.random(), rng.random(), rng.random())
+        };
         let thin = thin(&cloud.position_m, model.description.cell * unit_m, shift);
         clouds.push(thin.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect());
         thinned.push(thin);
     }
-    let predictions = predict(model, &clouds, with_embedding, progress.observer, |share| progress.tell(share))?;
+    let predictions =
+        predict(model, &clouds, with_embedding, progress.observer, |share| progress.tell(share))?;
     let runs = thinned.into_iter().zip(predictions).zip(clouds);
-    Ok(runs.map(|((thinned, prediction), position)| Pass { thinned, prediction, position }).collect())
+    Ok(runs
+        .map(|((thinned, prediction), position)| Pass { thinned, prediction, position })
+        .collect())
 }
 
-fn by_embedding(clusters: &Clusters, run: &Pass, points: usize, unit_m: f32, config: &SegmentConfig) -> AtScale {
+fn by_embedding(
+    clusters: &Clusters,
+    run: &Pass,
+    points: usize,
+    unit_m: f32,
+    config: &SegmentConfig,
+) -> AtScale {
     let hypotheses = clusters
         .centres
         .iter()

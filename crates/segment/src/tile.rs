@@ -80,7 +80,8 @@ impl ThinScene {
         let mut rng = seed.rng();
         let keep = sparsest + (1.0 - sparsest) * rng.random::<f32>();
         let shift = Vec3::new(rng.random(), rng.random(), rng.random());
-        let kept: Vec<usize> = (0..scene.position_m.len()).filter(|_| rng.random::<f32>() < keep).collect();
+        let kept: Vec<usize> =
+            (0..scene.position_m.len()).filter(|_| rng.random::<f32>() < keep).collect();
         let positions: Vec<Vec3> = kept.iter().map(|&i| scene.position_m[i]).collect();
         let thinned = thin(&positions, cell * scene.unit_m, shift);
         let mut out = Self::default();
@@ -152,11 +153,19 @@ impl ThinScene {
 
     /// `points` drawn at random from a square piece `edge` d_max wide around a random point, mostly one on a block (METHOD
     /// §2: a batch is drawn from a whole scene); turned and mirrored as a tile. A piece of fewer points repeats some.
-    pub fn sample(&self, points: usize, edge: f32, margin: f32, mirror: bool, seed: SeedTree) -> Targets {
+    pub fn sample(
+        &self,
+        points: usize,
+        edge: f32,
+        margin: f32,
+        mirror: bool,
+        seed: SeedTree,
+    ) -> Targets {
         let mut rng = seed.rng();
         let middle = self.place(&mut rng);
         let turn = turn(mirror, &mut rng);
-        let out = |i: usize| turn(self.position[i] - middle).truncate().abs().max_element() - 0.5 * edge;
+        let out =
+            |i: usize| turn(self.position[i] - middle).truncate().abs().max_element() - 0.5 * edge;
         let mut inside: Vec<usize> = (0..self.len()).filter(|&i| out(i) <= 0.0).collect();
         inside.shuffle(&mut rng);
         let bounds = Bounds::of(inside.iter().map(|&i| turn(self.position[i] - middle)));

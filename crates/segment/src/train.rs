@@ -192,7 +192,8 @@ fn teach<L: Learner>(
             let visible = stream.scenes_at(step)?;
             // Copies with leaves of their own: tapes that share a parameter are one tape, and two threads walking it
             // backwards wait for each other for ever.
-            let copies: Vec<L> = (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
+            let copies: Vec<L> =
+                (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
             let results = replicas.run(|replica| {
                 let tile = scenes::draw(&visible, config, seed, step, replica as u64);
                 copies[replica].lesson(&tile, config, 1.0 / replicas.len() as f32, &device)
@@ -282,7 +283,12 @@ impl Observer for Muted<'_> {
 }
 
 /// Losses on held-out tiles, without gradients.
-fn validate<L: Learner>(network: &L, tiles: &[Targets], config: &TrainConfig, replicas: &Replicas) -> LossReport {
+fn validate<L: Learner>(
+    network: &L,
+    tiles: &[Targets],
+    config: &TrainConfig,
+    replicas: &Replicas,
+) -> LossReport {
     let network = network.valid().to_device(&Device::flex());
     let count = replicas.len();
     let parts = replicas.run(|replica| {
@@ -307,7 +313,11 @@ fn mean(reports: &[LossReport]) -> LossReport {
 impl TrainConfig {
     fn check(&self) -> Result<(), SegmentError> {
         let at_least = |name, value: f64, least: f64, allowed| {
-            if value >= least { Ok(()) } else { Err(SegmentError::Setting { name, value, allowed }) }
+            if value >= least {
+                Ok(())
+            } else {
+                Err(SegmentError::Setting { name, value, allowed })
+            }
         };
         at_least("steps", self.steps as f64, 1.0, "at least 1")?;
         at_least("replicas", self.replicas as f64, 1.0, "at least 1")?;

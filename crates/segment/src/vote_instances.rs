@@ -5,7 +5,7 @@
 
 use crate::SegmentConfig;
 use crate::all_scales::{AtScale, Hypothesis};
-use crate::calibration::Signs;
+use crate::calibration::PeakFeatures;
 use crate::infer::Prediction;
 use crate::model::ModelDescription;
 use crate::vote_peaks::{Peak, Vote, peaks, suppressed, weight};
@@ -25,12 +25,13 @@ pub(crate) struct Pass {
 impl Pass {
     fn votes(&self, share: f32) -> impl Iterator<Item = Vote> + '_ {
         let p = &self.prediction;
-        (0..p.vote.len()).map(move |i| Vote { at: p.vote[i], weight: share * weight(p.block[i], p.error[i]) })
+        (0..p.vote.len())
+            .map(move |i| Vote { at: p.vote[i], weight: share * weight(p.block[i], p.error[i]) })
     }
 }
 
 /// The modes of all passes' votes under a kernel of this width, densest first.
-pub(crate) fn modes(runs: &[Pass], width: f32) -> Vec<(Peak, Signs)> {
+pub(crate) fn modes(runs: &[Pass], width: f32) -> Vec<(Peak, PeakFeatures)> {
     let share = 1.0 / runs.len() as f32;
     let votes: Vec<Vote> = runs.iter().flat_map(|r| r.votes(share)).collect();
     let grids: Vec<PointGrid> = runs.iter().map(|r| PointGrid::new(&r.position, 1.0)).collect();
@@ -42,7 +43,10 @@ pub(crate) fn modes(runs: &[Pass], width: f32) -> Vec<(Peak, Signs)> {
         share * count as f32
     };
     let found = peaks(&votes, width);
-    found.par_iter().map(|peak| (*peak, Signs { density: peak.density, around: around(peak) })).collect()
+    found
+        .par_iter()
+        .map(|peak| (*peak, PeakFeatures { density: peak.density, around: around(peak) }))
+        .collect()
 }
 
 /// What the votes give at one size: hypotheses, and the label of every point.
@@ -55,7 +59,7 @@ pub(crate) fn by_votes(
 ) -> AtScale {
     let scored: Vec<(Peak, f32)> = modes(runs, weights.vote_width)
         .into_iter()
-        .map(|(peak, signs)| (peak, weights.confidence.of(&signs)))
+        .map(|(peak, features)| (peak, weights.confidence.of(&features)))
         .filter(|(_, score)| *score >= config.least_score)
         .collect();
     let apart = suppressed(scored.iter().map(|s| s.0).collect(), config.instance_spacing);
@@ -96,7 +100,8 @@ fn labels(
             if p.block[at] < config.least_block {
                 continue;
             }
-            let (mut nearest, mut nearest_instance) = ((f32::INFINITY, u32::MAX), (f32::INFINITY, u32::MAX));
+            let (mut nearest, mut nearest_instance) =
+                ((f32::INFINITY, u32::MAX), (f32::INFINITY, u32::MAX));
             grid.for_each_within(p.vote[at], config.reach, |h, _, d2| {
                 if (d2, h) < nearest {
                     nearest = (d2, h);

@@ -45,11 +45,13 @@ pub(crate) fn peaks(votes: &[Vote], width: f32) -> Vec<Peak> {
     let edge = width / 2.0;
     for v in votes.iter().filter(|v| v.weight > 1e-3 && v.at.is_finite()) {
         let key = (v.at / edge).floor();
-        let entry = cells.entry([key.x as i32, key.y as i32, key.z as i32]).or_insert((Vec3::ZERO, 0.0));
+        let entry =
+            cells.entry([key.x as i32, key.y as i32, key.z as i32]).or_insert((Vec3::ZERO, 0.0));
         entry.0 += v.at * v.weight;
         entry.1 += v.weight;
     }
-    let pooled: Vec<Vote> = cells.values().map(|&(sum, weight)| Vote { at: sum / weight, weight }).collect();
+    let pooled: Vec<Vote> =
+        cells.values().map(|&(sum, weight)| Vote { at: sum / weight, weight }).collect();
     let positions: Vec<Vec3> = pooled.iter().map(|v| v.at).collect();
     let grid = PointGrid::new(&positions, 2.5 * width);
     let look = |at: Vec3| {
@@ -118,15 +120,18 @@ mod tests {
     #[test]
     fn two_clouds_of_votes_are_two_peaks_and_noise_is_thin() {
         let mut rng = SeedTree::new(2).rng();
-        let mut near = |c: Vec3, by: f32| c + by * (Vec3::new(rng.random(), rng.random(), rng.random()) - 0.5);
+        let mut near =
+            |c: Vec3, by: f32| c + by * (Vec3::new(rng.random(), rng.random(), rng.random()) - 0.5);
         let (a, b) = (Vec3::new(1.0, 2.0, 0.3), Vec3::new(1.9, 2.0, 0.2));
-        let mut votes: Vec<Vote> = (0..100).map(|_| Vote { at: near(a, 0.3), weight: 1.0 }).collect();
+        let mut votes: Vec<Vote> =
+            (0..100).map(|_| Vote { at: near(a, 0.3), weight: 1.0 }).collect();
         votes.extend((0..40).map(|_| Vote { at: near(b, 0.3), weight: 1.0 }));
         votes.extend((0..30).map(|_| Vote { at: near(a, 8.0), weight: 0.2 }));
         let found = peaks(&votes, 0.12);
         assert!((found[0].at - a).length() < 0.06 && (found[1].at - b).length() < 0.06);
         assert!(
-            found[0].density > found[1].density && found[1].density > 10.0 * found.get(2).map_or(0.0, |p| p.density)
+            found[0].density > found[1].density
+                && found[1].density > 10.0 * found.get(2).map_or(0.0, |p| p.density)
         );
     }
 

@@ -16,7 +16,11 @@ fn pile(catalog: &Catalog, text: &str) -> SynthScene {
     synth::scene(&Recipe::parse(&text).unwrap(), catalog, SeedTree::new(5)).unwrap()
 }
 
-fn run(cloud: &PointCloud, catalog: &Catalog, config: &SegmentConfig) -> Result<Segmentation, SegmentError> {
+fn run(
+    cloud: &PointCloud,
+    catalog: &Catalog,
+    config: &SegmentConfig,
+) -> Result<Segmentation, SegmentError> {
     let model = SegmentModel::shipped(catalog).unwrap();
     segment(cloud, catalog, &model, config, SeedTree::new(1), &Silent)
 }
@@ -40,7 +44,10 @@ fn check(result: &Segmentation, points: usize) {
 #[test]
 fn finds_the_blocks_of_a_pile_at_any_size_and_thread_count() {
     let catalog = tetrapods(2.0);
-    let made = pile(&catalog, "density_per_m2 = 400\ncount = [18, 18]\nsite = { kind = \"pen\", side_blocks = 4.0 }");
+    let made = pile(
+        &catalog,
+        "density_per_m2 = 400\ncount = [18, 18]\nsite = { kind = \"pen\", side_blocks = 4.0 }",
+    );
     let cloud = &made.survey.cloud;
     let result = run(cloud, &catalog, &SegmentConfig::default()).unwrap();
     check(&result, cloud.len());
@@ -72,12 +79,15 @@ fn a_seam_between_tiles_does_not_show() {
     let config = SegmentConfig { passes: 1, ..Default::default() };
     let whole = run(cloud, &catalog, &config).unwrap();
     // The strip is about 25 d_max long, two tiles; its middle third alone is one.
-    let middle: Vec<usize> = (0..cloud.len()).filter(|&i| cloud.position_m[i].x.abs() < 4.5).collect();
+    let middle: Vec<usize> =
+        (0..cloud.len()).filter(|&i| cloud.position_m[i].x.abs() < 4.5).collect();
     let alone = run(&cloud.select(&middle), &catalog, &config).unwrap();
-    let near_seam: Vec<usize> = (0..middle.len()).filter(|&k| cloud.position_m[middle[k]].x.abs() < 1.5).collect();
+    let near_seam: Vec<usize> =
+        (0..middle.len()).filter(|&k| cloud.position_m[middle[k]].x.abs() < 1.5).collect();
     let predicted: Vec<u32> = near_seam.iter().map(|&k| whole.instance[middle[k]]).collect();
     let truth: Vec<u32> = near_seam.iter().map(|&k| alone.instance[k]).collect();
-    let counts = precision_recall(&[InstanceScene { predicted: &predicted, truth: &truth }], 0.8).unwrap();
+    let counts =
+        precision_recall(&[InstanceScene { predicted: &predicted, truth: &truth }], 0.8).unwrap();
     assert!(counts.recall().unwrap() > 0.85 && counts.precision().unwrap() > 0.85, "{counts:?}");
     for (i, a) in whole.hypotheses[..whole.instances].iter().enumerate() {
         for b in &whole.hypotheses[..i] {
@@ -91,7 +101,8 @@ fn strange_clouds_are_survived() {
     let catalog = tetrapods(2.0);
     let config = SegmentConfig::default();
     let embedding = SegmentConfig { clustering: Clustering::Embedding, ..Default::default() };
-    let sheet = (0..900).map(|i| Vec3::new((i % 30) as f32 * 0.1, (i / 30) as f32 * 0.1, 0.0)).collect();
+    let sheet =
+        (0..900).map(|i| Vec3::new((i % 30) as f32 * 0.1, (i / 30) as f32 * 0.1, 0.0)).collect();
     let clouds: Vec<Vec<Vec3>> = vec![
         Vec::new(),
         vec![Vec3::ZERO],
@@ -116,13 +127,22 @@ fn bad_input_is_named() {
     assert_eq!(run(&cloud, &catalog, &config).unwrap_err(), SegmentError::NotFinite { point: 1 });
     assert_eq!(run(&cloud, &Catalog::default(), &config).unwrap_err(), SegmentError::EmptyCatalog);
     let wrong = SegmentConfig { passes: 0, ..Default::default() };
-    assert!(matches!(run(&cloud, &catalog, &wrong), Err(SegmentError::Setting { name: "passes", .. })));
+    assert!(matches!(
+        run(&cloud, &catalog, &wrong),
+        Err(SegmentError::Setting { name: "passes", .. })
+    ));
     assert!(matches!(SegmentModel::from_bytes(b"not a model"), Err(SegmentError::Weights(_))));
     let mut bytes = SegmentModel::shipped(&catalog).unwrap().to_bytes().unwrap();
     let at = bytes.windows(7).position(|w| w == b"fpccv2\"").unwrap();
     bytes[at..at + 6].copy_from_slice(b"resnet");
-    assert_eq!(SegmentModel::from_bytes(&bytes).unwrap_err(), SegmentError::Architecture { found: "resnet".into() });
-    assert!(matches!(SegmentModel::load("nowhere.safetensors".as_ref()), Err(SegmentError::File { .. })));
+    assert_eq!(
+        SegmentModel::from_bytes(&bytes).unwrap_err(),
+        SegmentError::Architecture { found: "resnet".into() }
+    );
+    assert!(matches!(
+        SegmentModel::load("nowhere.safetensors".as_ref()),
+        Err(SegmentError::File { .. })
+    ));
 }
 
 #[derive(Default)]
@@ -136,13 +156,17 @@ impl Observer for Heard {
 
 #[test]
 fn a_catalogue_ten_times_too_big_warns_or_finds_little() {
-    let made =
-        pile(&tetrapods(1.0), "density_per_m2 = 400\ncount = [10, 10]\nsite = { kind = \"pen\", side_blocks = 4.0 }");
+    let made = pile(
+        &tetrapods(1.0),
+        "density_per_m2 = 400\ncount = [10, 10]\nsite = { kind = \"pen\", side_blocks = 4.0 }",
+    );
     let catalog = tetrapods(10.0);
     let heard = Heard::default();
     let model = SegmentModel::shipped(&catalog).unwrap();
     let cloud = &made.survey.cloud;
-    let result = segment(cloud, &catalog, &model, &SegmentConfig::default(), SeedTree::new(1), &heard).unwrap();
+    let result =
+        segment(cloud, &catalog, &model, &SegmentConfig::default(), SeedTree::new(1), &heard)
+            .unwrap();
     check(&result, cloud.len());
     let warned = heard.0.lock().unwrap().iter().any(|e| matches!(e, Event::Warned(_)));
     assert!(warned || result.instances <= 2, "{} instances", result.instances);
@@ -160,6 +184,7 @@ fn a_cancelled_run_says_so() {
     let catalog = tetrapods(2.0);
     let model = SegmentModel::shipped(&catalog).unwrap();
     let cloud = PointCloud::from_positions(vec![Vec3::ZERO; 3]);
-    let result = segment(&cloud, &catalog, &model, &SegmentConfig::default(), SeedTree::new(1), &Stop);
+    let result =
+        segment(&cloud, &catalog, &model, &SegmentConfig::default(), SeedTree::new(1), &Stop);
     assert_eq!(result.unwrap_err(), SegmentError::Cancelled);
 }

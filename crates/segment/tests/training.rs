@@ -17,16 +17,20 @@ static ALONE: Mutex<()> = Mutex::new(());
 
 /// Nine flattened balls on a floor.
 fn balls(split: Split, index: u64) -> Result<LabelledScene, String> {
-    let mut rng = SeedTree::new(if split == Split::Train { 1 } else { 2 }).child("balls", index).rng();
+    let mut rng =
+        SeedTree::new(if split == Split::Train { 1 } else { 2 }).child("balls", index).rng();
     let mut scene = LabelledScene { unit_m: 1.0, ..Default::default() };
     for ball in 0..9 {
-        let centre = Vec3::new((ball % 3) as f32 * 2.0, (ball / 3) as f32 * 2.0, rng.random::<f32>());
+        let centre =
+            Vec3::new((ball % 3) as f32 * 2.0, (ball / 3) as f32 * 2.0, rng.random::<f32>());
         scene.centre_m.push(centre);
         for _ in 0..60 {
             let mut draw = || rng.random_range(-1.0_f32..1.0);
-            scene
-                .position_m
-                .push(centre + Vec3::new(draw(), draw(), draw()).normalize_or(Vec3::X) * Vec3::new(1.0, 0.6, 0.4));
+            scene.position_m.push(
+                centre
+                    + Vec3::new(draw(), draw(), draw()).normalize_or(Vec3::X)
+                        * Vec3::new(1.0, 0.6, 0.4),
+            );
             scene.instance.push(ball + 1);
         }
     }
@@ -39,7 +43,13 @@ fn balls(split: Split, index: u64) -> Result<LabelledScene, String> {
 }
 
 fn small(steps: u64) -> TrainConfig {
-    let backbone = BackboneConfig { neighbours: 6, dilation: 2, edge: vec![6, 6, 6], level: vec![8, 8, 8], out: 16 };
+    let backbone = BackboneConfig {
+        neighbours: 6,
+        dilation: 2,
+        edge: vec![6, 6, 6],
+        level: vec![8, 8, 8],
+        out: 16,
+    };
     TrainConfig {
         network: NetworkConfig::FpccV2(FpccV2Config { backbone }),
         steps,
@@ -82,14 +92,21 @@ fn losses(folder: &Path) -> Vec<f32> {
 #[test]
 fn both_networks_learn() {
     let fpcc = FpccConfig { batch_points: 200, edge: 8, global: 16, joined: [16, 16] };
-    let thesis = TrainConfig { network: NetworkConfig::Fpcc(fpcc), loss: LossConfig::of_the_thesis(), ..small(80) };
+    let thesis = TrainConfig {
+        network: NetworkConfig::Fpcc(fpcc),
+        loss: LossConfig::of_the_thesis(),
+        ..small(80)
+    };
     let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
     for config in [small(80), thesis] {
         let folder = tempfile::tempdir().unwrap();
         train(&balls, &config, None, folder.path(), SeedTree::new(3), &Silent).unwrap();
         let curve = losses(folder.path());
         assert!(curve.len() >= 4 && curve[curve.len() - 1] < curve[0], "{curve:?}");
-        assert!(folder.path().join("curve.svg").exists() && folder.path().join("model.safetensors").exists());
+        assert!(
+            folder.path().join("curve.svg").exists()
+                && folder.path().join("model.safetensors").exists()
+        );
     }
 }
 
@@ -104,7 +121,10 @@ fn a_stopped_training_goes_on_as_if_it_had_not_stopped() {
     assert!(first.steps > 0 && first.steps < 9, "{}", first.steps);
     let second = train(&balls, &config, None, parts.path(), SeedTree::new(3), &Silent).unwrap();
     assert_eq!(second.steps, 9);
-    assert!(once.model.to_bytes().unwrap() == second.model.to_bytes().unwrap(), "the weights differ");
+    assert!(
+        once.model.to_bytes().unwrap() == second.model.to_bytes().unwrap(),
+        "the weights differ"
+    );
 }
 
 #[test]
@@ -116,5 +136,8 @@ fn a_folder_of_another_training_is_refused() {
     let error = train(&balls, &other, None, folder.path(), SeedTree::new(3), &Silent).unwrap_err();
     assert!(matches!(&error, SegmentError::OtherTraining { key, .. } if key == "cell"), "{error}");
     // More steps are not another training.
-    assert_eq!(train(&balls, &small(6), None, folder.path(), SeedTree::new(3), &Silent).unwrap().steps, 6);
+    assert_eq!(
+        train(&balls, &small(6), None, folder.path(), SeedTree::new(3), &Silent).unwrap().steps,
+        6
+    );
 }

@@ -49,7 +49,8 @@ impl BlockShape {
             .enumerate()
             .map(|(part, p)| {
                 let corners: Vec<Vec3> = p.corners.iter().map(|&c| c / unit_m).collect();
-                SharedShape::convex_hull(&corners).ok_or_else(|| SimError::FlatPart { name: name(), part })
+                SharedShape::convex_hull(&corners)
+                    .ok_or_else(|| SimError::FlatPart { name: name(), part })
             })
             .collect::<Result<Vec<_>, _>>()?;
         let moments = model.mesh.moments();
@@ -58,7 +59,8 @@ impl BlockShape {
         let trace = covariance.x_axis.x + covariance.y_axis.y + covariance.z_axis.z;
         let inertia_kg_m2 = Mat3::from_diagonal(Vec3::splat(trace)) - covariance;
         let centre = moments.centroid;
-        let reach_m = model.mesh.vertices.iter().map(|v| (*v - centre).length()).fold(0.0, f32::max);
+        let reach_m =
+            model.mesh.vertices.iter().map(|v| (*v - centre).length()).fold(0.0, f32::max);
         Ok(Self { hulls: hulls.into(), unit_m, mass_kg, centre, inertia_kg_m2, reach_m })
     }
 
@@ -84,7 +86,8 @@ impl BlockShape {
             return self.hulls.clone();
         }
         let scale = |hull: &SharedShape| {
-            let polyhedron = hull.as_convex_polyhedron().cloned().and_then(|p| p.scaled(Vec3::splat(factor)));
+            let polyhedron =
+                hull.as_convex_polyhedron().cloned().and_then(|p| p.scaled(Vec3::splat(factor)));
             SharedShape::new(polyhedron.expect("a hull stays a hull when scaled evenly"))
         };
         self.hulls.iter().map(scale).collect()

@@ -76,7 +76,11 @@ impl PhysicsConfig {
     /// Checks every range.
     pub fn check(&self) -> Result<(), SimError> {
         let range = |key, value: f32, low: f32, high: f32, why| {
-            if (low..=high).contains(&value) { Ok(()) } else { Err(SimError::BadSetting { key, value, why }) }
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(SimError::BadSetting { key, value, why })
+            }
         };
         range("gravity_m_s2", self.gravity_m_s2, 0.1, 100.0, "0.1 to 100 m/s²")?;
         range("friction", self.friction, 0.0, 10.0, "0 to 10")?;
@@ -93,7 +97,13 @@ impl PhysicsConfig {
         range("rest_time_s", self.rest_time_s, 0.0, 60.0, "0 to 60 s")?;
         range("length_unit_m", self.length_unit_m, 1e-4, 100.0, "0.0001 to 100 m")?;
         range("solver_iterations", self.solver_iterations as f32, 1.0, 64.0, "1 to 64")?;
-        range("stabilization_iterations", self.stabilization_iterations as f32, 1.0, 16.0, "1 to 16")
+        range(
+            "stabilization_iterations",
+            self.stabilization_iterations as f32,
+            1.0,
+            16.0,
+            "1 to 16",
+        )
     }
 
     /// Seconds in one second of the engine: √unit, so that g keeps its number.

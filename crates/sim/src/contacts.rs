@@ -58,7 +58,9 @@ impl World {
             }
             if first.placed {
                 for (_, shape, place) in self.statics() {
-                    self.against_static(first, shape, &place, 0.0, |_, _, depth| deepest = deepest.max(depth));
+                    self.against_static(first, shape, &place, 0.0, |_, _, depth| {
+                        deepest = deepest.max(depth)
+                    });
                 }
             }
         }
@@ -82,7 +84,8 @@ impl World {
         if (at_a * a.centre).distance(at_b * b.centre) > a.reach + b.reach + margin {
             return;
         }
-        let boxes: Vec<Aabb> = b.hulls.iter().map(|h| h.compute_aabb(&at_b).loosened(margin)).collect();
+        let boxes: Vec<Aabb> =
+            b.hulls.iter().map(|h| h.compute_aabb(&at_b).loosened(margin)).collect();
         for hull_a in a.hulls.iter() {
             let box_a = hull_a.compute_aabb(&at_a);
             for (hull_b, box_b) in b.hulls.iter().zip(&boxes) {

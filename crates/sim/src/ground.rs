@@ -28,7 +28,10 @@ pub(crate) fn colliders(ground: &Ground, bounds: &Bounds, unit_m: f32) -> Vec<Co
             let z: Vec<f32> = z_m.iter().map(|z| z / unit_m).collect();
             let window = Window::around(bounds, origin, cell, *nx, z.len() / nx);
             let lowest = window.heights(&z, *nx).fold(f32::INFINITY, f32::min);
-            vec![window.height_field(&z, *nx, origin, cell), floor(bounds, Vec3::Z * (lowest - FLOOR_DEPTH), Vec3::Z)]
+            vec![
+                window.height_field(&z, *nx, origin, cell),
+                floor(bounds, Vec3::Z * (lowest - FLOOR_DEPTH), Vec3::Z),
+            ]
         }
     }
 }
@@ -48,7 +51,10 @@ pub(crate) fn wall(point: Vec3, inward_normal: Vec3) -> ColliderBuilder {
 }
 
 fn slab(surface: Vec3, normal: Vec3, reach: f32) -> ColliderBuilder {
-    let pose = Pose::from_parts(surface - normal * (THICKNESS / 2.0), Quat::from_rotation_arc(Vec3::Z, normal));
+    let pose = Pose::from_parts(
+        surface - normal * (THICKNESS / 2.0),
+        Quat::from_rotation_arc(Vec3::Z, normal),
+    );
     ColliderBuilder::cuboid(reach, reach, THICKNESS / 2.0).position(pose)
 }
 
@@ -63,15 +69,20 @@ impl Window {
         let axis = |low: f32, high: f32, start: f32, count: usize| {
             let last = count.saturating_sub(2) as f32;
             let first = ((low - start) / cell).floor().clamp(0.0, last) as usize;
-            let end = ((high - start) / cell).ceil().clamp(first as f32 + 1.0, (count - 1) as f32) as usize;
+            let end = ((high - start) / cell).ceil().clamp(first as f32 + 1.0, (count - 1) as f32)
+                as usize;
             [first, end + 1]
         };
-        Self { x: axis(bounds.min.x, bounds.max.x, origin[0], nx), y: axis(bounds.min.y, bounds.max.y, origin[1], ny) }
+        Self {
+            x: axis(bounds.min.x, bounds.max.x, origin[0], nx),
+            y: axis(bounds.min.y, bounds.max.y, origin[1], ny),
+        }
     }
 
     /// Heights column by column, each from the last row to the first: the order of the height field.
     fn heights<'a>(&'a self, z: &'a [f32], nx: usize) -> impl Iterator<Item = f32> + 'a {
-        (self.x[0]..self.x[1]).flat_map(move |ix| (self.y[0]..self.y[1]).rev().map(move |iy| z[iy * nx + ix]))
+        (self.x[0]..self.x[1])
+            .flat_map(move |ix| (self.y[0]..self.y[1]).rev().map(move |iy| z[iy * nx + ix]))
     }
 
     fn height_field(&self, z: &[f32], nx: usize, origin: [f32; 2], cell: f32) -> ColliderBuilder {
@@ -80,7 +91,8 @@ impl Window {
         let size = Vec3::new((columns - 1) as f32 * cell, 1.0, (rows - 1) as f32 * cell);
         // One-sided with smoothed internal edges: blocks neither trip over cell borders nor sink through them.
         let field = HeightField::with_flags(heights, size, HeightFieldFlags::FIX_INTERNAL_EDGES);
-        let middle = |range: [usize; 2], start: f32| start + 0.5 * (range[0] + range[1] - 1) as f32 * cell;
+        let middle =
+            |range: [usize; 2], start: f32| start + 0.5 * (range[0] + range[1] - 1) as f32 * cell;
         // The field's height is y and its rows run along z; turned so that y becomes z, rows run along −y.
         let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
         let place = Vec3::new(middle(self.x, origin[0]), middle(self.y, origin[1]), 0.0);

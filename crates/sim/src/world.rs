@@ -6,8 +6,8 @@
 use crate::{BlockShape, FrictionRule, PhysicsConfig, ground};
 use geom::{Bounds, Pose, Vec3};
 use rapier3d::prelude::{
-    CoefficientCombineRule, ColliderBuilder, FrictionModel, IntegrationParameters, PhysicsWorld, QueryFilter, Ray,
-    RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SharedShape,
+    CoefficientCombineRule, ColliderBuilder, FrictionModel, IntegrationParameters, PhysicsWorld,
+    QueryFilter, Ray, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, SharedShape,
 };
 use scene::Ground;
 use std::sync::Arc;
@@ -90,13 +90,17 @@ impl World {
     /// Adds a block that falls.
     pub fn add_moving(&mut self, shape: &BlockShape, site_from_block: &Pose) -> BodyId {
         let mass = shape.mass_in(self.config.length_unit_m);
-        let body = RigidBodyBuilder::dynamic().pose(self.inside(site_from_block)).additional_mass_properties(mass);
+        let body = RigidBodyBuilder::dynamic()
+            .pose(self.inside(site_from_block))
+            .additional_mass_properties(mass);
         self.add(shape, body, false)
     }
 
     /// Makes a block fixed where it is. Unknown blocks are ignored.
     pub fn freeze(&mut self, id: BodyId) {
-        let Some(body) = self.bodies.get_mut(id.0 as usize).and_then(Option::as_mut) else { return };
+        let Some(body) = self.bodies.get_mut(id.0 as usize).and_then(Option::as_mut) else {
+            return;
+        };
         body.fixed = true;
         if let Some(rigid) = self.physics.bodies.get_mut(body.handle) {
             rigid.set_linvel(Vec3::ZERO, false);
@@ -180,14 +184,20 @@ impl World {
     }
 
     /// First thing on the ray within `max_m` and its distance; `direction` must be a unit vector.
-    pub fn cast_ray(&mut self, origin: Vec3, direction: Vec3, max_m: f32) -> Option<(Touched, f32)> {
+    pub fn cast_ray(
+        &mut self,
+        origin: Vec3,
+        direction: Vec3,
+        max_m: f32,
+    ) -> Option<(Touched, f32)> {
         if self.stale {
             self.physics.detect_collisions(&(), &());
             self.stale = false;
         }
         let unit_m = self.config.length_unit_m;
         let ray = Ray::new(origin / unit_m, direction);
-        let (collider, distance) = self.physics.cast_ray(&ray, max_m / unit_m, true, QueryFilter::default())?;
+        let (collider, distance) =
+            self.physics.cast_ray(&ray, max_m / unit_m, true, QueryFilter::default())?;
         Some((touched(self.physics.colliders.get(collider)?.user_data), distance * unit_m))
     }
 
@@ -206,7 +216,9 @@ impl World {
         let hulls = shape.hulls_in(unit_m);
         for hull in hulls.iter() {
             // Hulls carry no mass: the body has that of the true solid. One collider a hull, not a compound, which often never rests.
-            let collider = self.surface(ColliderBuilder::new(hull.clone()).density(0.0)).user_data(u128::from(id));
+            let collider = self
+                .surface(ColliderBuilder::new(hull.clone()).density(0.0))
+                .user_data(u128::from(id));
             self.physics.insert_collider(collider, Some(handle));
         }
         let (centre, reach) = (shape.centre() / unit_m, shape.reach_m() / unit_m);
@@ -217,7 +229,10 @@ impl World {
 
     /// A pose in engine units.
     fn inside(&self, site_from_block: &Pose) -> Pose {
-        Pose::from_parts(site_from_block.translation / self.config.length_unit_m, site_from_block.rotation)
+        Pose::from_parts(
+            site_from_block.translation / self.config.length_unit_m,
+            site_from_block.rotation,
+        )
     }
 
     fn add_static(&mut self, collider: ColliderBuilder, user_data: u128) {
@@ -233,7 +248,10 @@ impl World {
             FrictionRule::Min => CoefficientCombineRule::Min,
             FrictionRule::Max => CoefficientCombineRule::Max,
         };
-        collider.friction(self.config.friction).friction_combine_rule(rule).restitution(self.config.restitution)
+        collider
+            .friction(self.config.friction)
+            .friction_combine_rule(rule)
+            .restitution(self.config.restitution)
     }
 }
 

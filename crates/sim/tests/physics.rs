@@ -79,7 +79,8 @@ fn friction_holds_below_its_angle_and_slides_above() {
     // tan⁻¹ 0.5 = 26.6°
     assert!(travel(20.0) < 0.02, "{}", travel(20.0));
     let slid = travel(35.0);
-    let expected = 0.5 * 9.81 * (35.0_f32.to_radians().sin() - 0.5 * 35.0_f32.to_radians().cos()) * 4.0;
+    let expected =
+        0.5 * 9.81 * (35.0_f32.to_radians().sin() - 0.5 * 35.0_f32.to_radians().cos()) * 4.0;
     assert!((slid / expected - 1.0).abs() < 0.1, "{slid} against {expected}");
 }
 
@@ -128,7 +129,8 @@ fn a_grid_carries_like_the_plane_it_samples() {
 #[test]
 fn rays_see_what_was_just_added_and_not_what_was_removed() {
     let mut world = level_world(&PhysicsConfig::default());
-    let down = |world: &mut World| world.cast_ray(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z, 20.0).unwrap();
+    let down =
+        |world: &mut World| world.cast_ray(Vec3::new(0.0, 0.0, 9.0), Vec3::NEG_Z, 20.0).unwrap();
     assert_eq!(down(&mut world).0, Touched::Ground);
     let id = world.add_fixed(&cube(1.0), &at(0.0, 0.0, 2.0));
     let (what, distance) = down(&mut world);
@@ -167,7 +169,10 @@ fn pile(config: &PhysicsConfig, seed: u64, count: usize) -> (Vec<Pose>, bool, f3
         .map(|i| {
             let turn = Quat::from_scaled_axis(Vec3::from_array(rng.random::<[f32; 3]>()) * 4.0);
             let (x, y) = ((i % 3) as f32 * 2.4 - 2.4, (i / 3 % 3) as f32 * 2.4 - 2.4);
-            world.add_moving(&block, &Pose::from_parts(Vec3::new(x, y, 1.5 + (i / 9) as f32 * 2.5), turn))
+            world.add_moving(
+                &block,
+                &Pose::from_parts(Vec3::new(x, y, 1.5 + (i / 9) as f32 * 2.5), turn),
+            )
         })
         .collect();
     let settled = world.settle(config.max_time_s);

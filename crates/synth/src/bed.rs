@@ -19,7 +19,10 @@ pub(crate) fn bed(bed: &Bed, resolved: &Resolved, seed: SeedTree) -> Ground {
         if fall == 0.0 {
             return Ground::Level { z_m: 0.0 };
         }
-        return Ground::Plane { point: Vec3::ZERO, normal: Vec3::new(fall * cos, fall * sin, 1.0).normalize() };
+        return Ground::Plane {
+            point: Vec3::ZERO,
+            normal: Vec3::new(fall * cos, fall * sin, 1.0).normalize(),
+        };
     }
     let stone_m = bed.stone_blocks * resolved.largest_m;
     let cell_m = stone_m / NODES_PER_STONE;
@@ -28,15 +31,20 @@ pub(crate) fn bed(bed: &Bed, resolved: &Resolved, seed: SeedTree) -> Ground {
     let [nx, ny] = half.map(|h| (2.0 * h / cell_m).ceil() as usize + 1);
     let origin = [-half[0], -half[1]];
     let mut z_m: Vec<f32> = (0..nx * ny)
-        .map(|i| plane(origin[0] + (i % nx) as f32 * cell_m, origin[1] + (i / nx) as f32 * cell_m) - 0.5 * stone_m)
+        .map(|i| {
+            plane(origin[0] + (i % nx) as f32 * cell_m, origin[1] + (i / nx) as f32 * cell_m)
+                - 0.5 * stone_m
+        })
         .collect();
     let mut rng = seed.rng();
     let lattice = 0.8 * stone_m;
     let [mx, my] = half.map(|h| (2.0 * h / lattice).ceil() as usize + 1);
     for k in 0..mx * my {
         let mut jitter = || rng.random_range(-0.4..0.4) * lattice;
-        let (x, y) =
-            (origin[0] + (k % mx) as f32 * lattice + jitter(), origin[1] + (k / mx) as f32 * lattice + jitter());
+        let (x, y) = (
+            origin[0] + (k % mx) as f32 * lattice + jitter(),
+            origin[1] + (k / mx) as f32 * lattice + jitter(),
+        );
         let radius: [f32; 3] = std::array::from_fn(|_| stone_m * rng.random_range(0.4..0.75));
         // The tops lie within a third of a stone of the plane.
         let centre = plane(x, y) - radius[2] + stone_m * rng.random_range(-0.2..0.15);
@@ -84,7 +92,11 @@ pub(crate) fn bed_mesh(ground: &Ground, size_m: [f32; 2]) -> TriMesh {
             );
             let node = move |i: usize, j: usize| {
                 let (ix, iy) = (x0 + i, y0 + j);
-                Vec3::new(origin[0] + ix as f32 * cell_m, origin[1] + iy as f32 * cell_m, z_m[iy * nx + ix])
+                Vec3::new(
+                    origin[0] + ix as f32 * cell_m,
+                    origin[1] + iy as f32 * cell_m,
+                    z_m[iy * nx + ix],
+                )
             };
             (x1 - x0 + 1, y1 - y0 + 1, Box::new(node))
         }

@@ -32,7 +32,9 @@ impl Camera {
         let mut span = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
         for i in 0..8 {
             let pick = |bit: u32, low: f32, high: f32| if i >> bit & 1 == 0 { low } else { high };
-            let d = Vec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z)) - position;
+            let d =
+                Vec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z))
+                    - position;
             let depth = d.dot(forward).max(1e-3 * to.length());
             for (axis, direction) in [right, up].into_iter().enumerate() {
                 let at = d.dot(direction) / depth;
@@ -79,7 +81,9 @@ impl Projection for Camera {
 
     fn ray(&self, column: usize, row: usize) -> (Vec3, Vec3) {
         let at = |i: usize, corner: f32| corner + (i as f32 + 0.5) * self.pixel;
-        let direction = self.forward + self.right * at(column, self.corner[0]) + self.up * at(row, self.corner[1]);
+        let direction = self.forward
+            + self.right * at(column, self.corner[0])
+            + self.up * at(row, self.corner[1]);
         (self.position, direction)
     }
 }

@@ -26,7 +26,9 @@ pub(crate) fn drop_pile(
     let half = Vec3::new(resolved.size_m[0] / 2.0, resolved.size_m[1] / 2.0, resolved.largest_m);
     let mut world = World::new(&physics);
     world.add_ground(ground, &Bounds { min: -half, max: half }.grown(resolved.largest_m));
-    for (normal, reach) in [(Vec3::X, half.x), (Vec3::NEG_X, half.x), (Vec3::Y, half.y), (Vec3::NEG_Y, half.y)] {
+    for (normal, reach) in
+        [(Vec3::X, half.x), (Vec3::NEG_X, half.x), (Vec3::Y, half.y), (Vec3::NEG_Y, half.y)]
+    {
         world.add_wall(-normal * reach, normal);
     }
 
@@ -70,7 +72,8 @@ fn check(
     for (i, &(id, model)) in dropped.iter().enumerate() {
         let site_from_block = world.pose(id).ok_or("a block vanished")?;
         let centre = site_from_block.transform_point(catalog.get(model).centre);
-        let inside = centre.x.abs() < resolved.size_m[0] / 2.0 && centre.y.abs() < resolved.size_m[1] / 2.0;
+        let inside =
+            centre.x.abs() < resolved.size_m[0] / 2.0 && centre.y.abs() < resolved.size_m[1] / 2.0;
         if !inside || !centre.is_finite() || centre.z < ground.height_m(centre.x, centre.y) {
             return Err(format!("block {} escaped to {centre}", i + 1));
         }
@@ -94,7 +97,8 @@ fn layer(resolved: &Resolved, spacing: f32, most: usize, rng: &mut impl Rng) -> 
     let mut places: Vec<Vec3> = (0..nx * ny)
         .map(|k| {
             let mut at = |i: usize, n: usize, axis: usize| {
-                (i as f32 + 0.5 - n as f32 / 2.0) * step[axis] + slack[axis] * rng.random_range(-1.0..1.0_f32)
+                (i as f32 + 0.5 - n as f32 / 2.0) * step[axis]
+                    + slack[axis] * rng.random_range(-1.0..1.0_f32)
             };
             Vec3::new(at(k % nx, nx, 0), at(k / nx, ny, 1), 0.0)
         })
@@ -117,7 +121,9 @@ fn highest_m(
 ) -> f32 {
     let reach = 0.5 * resolved.widest_m;
     let around = [-1.0, -0.5, 0.0, 0.5, 1.0];
-    let heights = around.iter().flat_map(|x| around.iter().map(move |y| (place.x + x * reach, place.y + y * reach)));
+    let heights = around
+        .iter()
+        .flat_map(|x| around.iter().map(move |y| (place.x + x * reach, place.y + y * reach)));
     let bed = heights.map(|(x, y)| ground.height_m(x, y)).fold(f32::NEG_INFINITY, f32::max);
     dropped.iter().fold(bed, |top, &(id, model)| {
         let model = catalog.get(model);

@@ -42,7 +42,8 @@ fn draw(scene: &SynthScene, forward: Vec3, up: Vec3, left: usize, rgb: &mut [u8]
     let splat = (0.6 * SIDE as f32 / (points.len() as f32).sqrt()).ceil().clamp(1.0, 6.0) as i32;
     for (p, &block) in points.iter().zip(&scene.instance) {
         let [x, y, depth] = flat(p);
-        let (u, v) = ((SIDE as f32 / 2.0 + x * scale) as i32, (SIDE as f32 / 2.0 - y * scale) as i32);
+        let (u, v) =
+            ((SIDE as f32 / 2.0 + x * scale) as i32, (SIDE as f32 / 2.0 - y * scale) as i32);
         let colour = shade(block, (p.z - middle.z) / reach);
         for (u, v) in (0..splat * splat).map(|k| (u + k % splat, v + k / splat)) {
             if !(0..SIDE as i32).contains(&u) || !(0..SIDE as i32).contains(&v) {

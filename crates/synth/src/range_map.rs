@@ -44,7 +44,8 @@ fn span(projection: &impl Projection, corners: &[Vec3; 3], row: usize) -> Option
     for i in 0..3 {
         let j = (i + 1) % 3;
         if (side[i] > 0.0) != (side[j] > 0.0) {
-            let [u, ..] = projection.project(corners[i].lerp(corners[j], side[i] / (side[i] - side[j])))?;
+            let [u, ..] =
+                projection.project(corners[i].lerp(corners[j], side[i] / (side[i] - side[j])))?;
             ends = [ends[0].min(u), ends[1].max(u)];
         }
     }
@@ -59,12 +60,16 @@ impl<P: Projection> RangeMap<P> {
         let mut triangle = vec![u32::MAX; columns * rows];
         for (t, corners) in targets.corners.iter().enumerate() {
             let n = targets.normal[t];
-            let (a, b, c) =
-                (projection.project(corners[0]), projection.project(corners[1]), projection.project(corners[2]));
+            let (a, b, c) = (
+                projection.project(corners[0]),
+                projection.project(corners[1]),
+                projection.project(corners[2]),
+            );
             let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
             let low = a[1].min(b[1]).min(c[1]) - 0.5;
             let high = a[1].max(b[1]).max(c[1]) - 0.5;
-            let rows = low.ceil().max(0.0) as usize..(high.floor() + 1.0).clamp(0.0, rows as f32) as usize;
+            let rows =
+                low.ceil().max(0.0) as usize..(high.floor() + 1.0).clamp(0.0, rows as f32) as usize;
             for row in rows {
                 let Some([u0, u1]) = span(&projection, corners, row) else { continue };
                 let first = (u0 - 0.5 - SLACK).ceil().max(0.0) as usize;
@@ -105,14 +110,15 @@ impl<P: Projection> RangeMap<P> {
             return false;
         }
         let (u, v) = (u as usize, v as usize);
-        let clear = [(u, v), (u + 1, v), (u, v + 1), (u + 1, v + 1)].into_iter().filter(|&(u, v)| {
-            let (origin, direction) = self.projection.ray(u, v);
-            let facing = normal.dot(direction);
-            facing < 0.0 && {
-                let t = normal.dot(point - origin) / facing;
-                t > 0.0 && t <= self.range[v * columns + u] * (1.0 + TOLERANCE)
-            }
-        });
+        let clear =
+            [(u, v), (u + 1, v), (u, v + 1), (u + 1, v + 1)].into_iter().filter(|&(u, v)| {
+                let (origin, direction) = self.projection.ray(u, v);
+                let facing = normal.dot(direction);
+                facing < 0.0 && {
+                    let t = normal.dot(point - origin) / facing;
+                    t > 0.0 && t <= self.range[v * columns + u] * (1.0 + TOLERANCE)
+                }
+            });
         clear.count() >= 2
     }
 }

@@ -157,7 +157,8 @@ fn bulk_physics() -> PhysicsConfig {
 impl Recipe {
     /// Reads a recipe; unknown keys are errors with their line.
     pub fn parse(text: &str) -> Result<Self, SynthError> {
-        toml::from_str(text).map_err(|e| SynthError::Parse { message: e.to_string().trim_end().to_owned() })
+        toml::from_str(text)
+            .map_err(|e| SynthError::Parse { message: e.to_string().trim_end().to_owned() })
     }
 
     /// The recipe as a TOML file, with every default written out.
@@ -176,29 +177,82 @@ impl Recipe {
         };
         let [fewest, most] = self.count;
         within("count", fewest as f32, 1.0, 20_000.0, "1 to 20000 blocks")?;
-        within("count", most as f32, fewest as f32, 20_000.0, "the second number is the larger one, at most 20000")?;
-        within("density_per_m2", self.density_per_m2, f32::MIN_POSITIVE, 1e9, "it must be above 0")?;
+        within(
+            "count",
+            most as f32,
+            fewest as f32,
+            20_000.0,
+            "the second number is the larger one, at most 20000",
+        )?;
+        within(
+            "density_per_m2",
+            self.density_per_m2,
+            f32::MIN_POSITIVE,
+            1e9,
+            "it must be above 0",
+        )?;
         within("most_attempts", self.most_attempts as f32, 1.0, 1000.0, "1 to 1000")?;
-        within("drop.spacing", self.drop.spacing, 1.0, 10.0, "1 to 10; below 1 blocks start inside each other")?;
+        within(
+            "drop.spacing",
+            self.drop.spacing,
+            1.0,
+            10.0,
+            "1 to 10; below 1 blocks start inside each other",
+        )?;
         within("drop.layer_interval_s", self.drop.layer_interval_s, 0.0, 60.0, "0 to 60 s")?;
-        within("drop.deepest_overlap", self.drop.deepest_overlap, 1e-5, 1.0, "0.00001 to 1 block length")?;
+        within(
+            "drop.deepest_overlap",
+            self.drop.deepest_overlap,
+            1e-5,
+            1.0,
+            "0.00001 to 1 block length",
+        )?;
         within("bed.stone_blocks", self.bed.stone_blocks, 0.0, 2.0, "0 to 2 block lengths")?;
-        within("bed.slope_m", self.bed.slope_m, 0.0, 1e6, "0 for level, else the run of a rise of 1")?;
+        within(
+            "bed.slope_m",
+            self.bed.slope_m,
+            0.0,
+            1e6,
+            "0 for level, else the run of a rise of 1",
+        )?;
         if self.bed.slope_m > 0.0 {
-            within("bed.slope_m", self.bed.slope_m, 1.0, 1e6, "steeper than 1:1 nothing stays on the bed")?;
+            within(
+                "bed.slope_m",
+                self.bed.slope_m,
+                1.0,
+                1e6,
+                "steeper than 1:1 nothing stays on the bed",
+            )?;
         }
         for share in &self.mix {
             within("mix.share", share.share, f32::MIN_POSITIVE, 1e9, "it must be above 0")?;
         }
         match self.site {
-            Site::Pen { side_blocks } => within("site.side_blocks", side_blocks, 0.0, 1000.0, "0 to 1000")?,
+            Site::Pen { side_blocks } => {
+                within("site.side_blocks", side_blocks, 0.0, 1000.0, "0 to 1000")?
+            }
             Site::Strip { length_m, width_m } | Site::Bin { length_m, width_m } => {
-                within("site.length_m", length_m, f32::MIN_POSITIVE, 5000.0, "above 0, at most 5000 m")?;
-                within("site.width_m", width_m, f32::MIN_POSITIVE, 5000.0, "above 0, at most 5000 m")?;
+                within(
+                    "site.length_m",
+                    length_m,
+                    f32::MIN_POSITIVE,
+                    5000.0,
+                    "above 0, at most 5000 m",
+                )?;
+                within(
+                    "site.width_m",
+                    width_m,
+                    f32::MIN_POSITIVE,
+                    5000.0,
+                    "above 0, at most 5000 m",
+                )?;
             }
         }
-        if self.visibility == Visibility::Katz && !matches!(self.sensor, Sensor::Gaussian(_) | Sensor::Uav(_)) {
-            let sensor = if matches!(self.sensor, Sensor::Mbes(_)) { "mbes" } else { "depth-camera" };
+        if self.visibility == Visibility::Katz
+            && !matches!(self.sensor, Sensor::Gaussian(_) | Sensor::Uav(_))
+        {
+            let sensor =
+                if matches!(self.sensor, Sensor::Mbes(_)) { "mbes" } else { "depth-camera" };
             return Err(SynthError::NothingToRemove { sensor });
         }
         self.physics.check()?;
@@ -226,8 +280,10 @@ impl Recipe {
         } else {
             let find = |s: &Share| {
                 let id = catalog.find(&s.model);
-                id.map(|id| (id, s.share))
-                    .ok_or_else(|| SynthError::UnknownModel { name: s.model.clone(), known: known() })
+                id.map(|id| (id, s.share)).ok_or_else(|| SynthError::UnknownModel {
+                    name: s.model.clone(),
+                    known: known(),
+                })
             };
             self.mix.iter().map(find).collect::<Result<_, _>>()?
         };
@@ -237,7 +293,9 @@ impl Recipe {
         let widest_m = 2.0 * used().map(|m| m.d_max_m).fold(0.0, f32::max);
         let size_m = match self.site {
             Site::Pen { side_blocks } => [side_blocks * largest_m; 2],
-            Site::Strip { length_m, width_m } | Site::Bin { length_m, width_m } => [length_m, width_m],
+            Site::Strip { length_m, width_m } | Site::Bin { length_m, width_m } => {
+                [length_m, width_m]
+            }
         };
         let narrow = size_m[0].min(size_m[1]);
         if narrow < widest_m {
@@ -245,7 +303,11 @@ impl Recipe {
         }
         let points = f64::from(self.density_per_m2) * f64::from(size_m[0]) * f64::from(size_m[1]);
         if points > MOST_POINTS {
-            return Err(SynthError::TooDense { density: self.density_per_m2.into(), points, limit: MOST_POINTS });
+            return Err(SynthError::TooDense {
+                density: self.density_per_m2.into(),
+                points,
+                limit: MOST_POINTS,
+            });
         }
         let target_points = points.round() as usize;
         Ok(Resolved {

@@ -35,7 +35,14 @@ pub fn scene(recipe: &Recipe, catalog: &Catalog, seed: SeedTree) -> Result<Synth
         match drop_pile(recipe, &resolved, catalog, &ground, seed.child("pile", attempt))? {
             Ok(pile) => {
                 let scene = Scene { blocks: pile.blocks, ground };
-                return measure(recipe, &resolved, catalog, scene, redraws, seed.child("scan", attempt));
+                return measure(
+                    recipe,
+                    &resolved,
+                    catalog,
+                    scene,
+                    redraws,
+                    seed.child("scan", attempt),
+                );
             }
             Err(reason) => redraws.push(reason),
         }

@@ -25,7 +25,14 @@ pub(crate) struct Swath {
 
 impl Swath {
     /// A pass of `length_m` with rays from `first_rad` to `last_rad` off the vertical.
-    pub fn new(start: Vec3, along: Vec3, length_m: f32, step_m: f32, fan_rad: [f32; 2], step_rad: f32) -> Self {
+    pub fn new(
+        start: Vec3,
+        along: Vec3,
+        length_m: f32,
+        step_m: f32,
+        fan_rad: [f32; 2],
+        step_rad: f32,
+    ) -> Self {
         let across = along.cross(Vec3::Z);
         let columns = (length_m / step_m).ceil() as usize + 1;
         let rows = ((fan_rad[1] - fan_rad[0]) / step_rad).ceil() as usize + 1;
@@ -51,7 +58,8 @@ impl Swath {
     /// The cell whose ray is nearest to an angle from a place of the track.
     pub fn cell(&self, along_m: f32, angle_rad: f32) -> Option<usize> {
         let (u, v) = (along_m / self.step_m, (angle_rad - self.first_rad) / self.step_rad);
-        let inside = u >= 0.0 && v >= 0.0 && u < self.columns as f32 && v < self.directions.len() as f32;
+        let inside =
+            u >= 0.0 && v >= 0.0 && u < self.columns as f32 && v < self.directions.len() as f32;
         inside.then(|| v as usize * self.columns + u as usize)
     }
 
@@ -64,7 +72,8 @@ impl Swath {
     /// The point at a range on the ray with the angle, from the place `along_m` of the track.
     pub fn point(&self, along_m: f32, angle_rad: f32, range_m: f32) -> Vec3 {
         let (sin, cos) = angle_rad.sin_cos();
-        self.start + self.along * along_m + self.across * (range_m * sin) - Vec3::Z * (range_m * cos)
+        self.start + self.along * along_m + self.across * (range_m * sin)
+            - Vec3::Z * (range_m * cos)
     }
 }
 
@@ -80,7 +89,11 @@ impl Projection for Swath {
             return None;
         }
         let angle = side.atan2(down);
-        Some([d.dot(self.along) / self.step_m, (angle - self.first_rad) / self.step_rad, side.hypot(down)])
+        Some([
+            d.dot(self.along) / self.step_m,
+            (angle - self.first_rad) / self.step_rad,
+            side.hypot(down),
+        ])
     }
 
     fn faces(&self, point: Vec3, normal: Vec3) -> bool {

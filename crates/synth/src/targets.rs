@@ -26,8 +26,11 @@ impl Targets {
     /// Surfaces of the blocks and, when `bed` is a size, of the ground inside it.
     pub fn new(scene: &Scene, catalog: &Catalog, bed: Option<[f32; 2]>) -> Self {
         let ground = bed.map_or_else(TriMesh::default, |size_m| bed_mesh(&scene.ground, size_m));
-        let block = |b: &scene::PlacedBlock| catalog.get(b.model).mesh.map(|v| b.site_from_block.transform_point(v));
-        let meshes: Vec<TriMesh> = std::iter::once(ground).chain(scene.blocks.iter().map(block)).collect();
+        let block = |b: &scene::PlacedBlock| {
+            catalog.get(b.model).mesh.map(|v| b.site_from_block.transform_point(v))
+        };
+        let meshes: Vec<TriMesh> =
+            std::iter::once(ground).chain(scene.blocks.iter().map(block)).collect();
         let (mut corners, mut normal, mut owner) = (Vec::new(), Vec::new(), Vec::new());
         for (k, mesh) in meshes.iter().enumerate() {
             for t in 0..mesh.triangles.len() {

@@ -28,7 +28,10 @@ fn recipe(head: &str, sensor: &str) -> Recipe {
 }
 
 fn small(sensor: &str) -> Recipe {
-    recipe("density_per_m2 = 150\ncount = [14, 18]\nsite = { kind = \"pen\", side_blocks = 3.2 }", sensor)
+    recipe(
+        "density_per_m2 = 150\ncount = [14, 18]\nsite = { kind = \"pen\", side_blocks = 3.2 }",
+        sensor,
+    )
 }
 
 fn make(recipe: &Recipe, seed: u64) -> SynthScene {
@@ -37,7 +40,8 @@ fn make(recipe: &Recipe, seed: u64) -> SynthScene {
 
 /// Distance of every labelled point to its own block, and how deep it lies in any other block.
 fn distances(made: &SynthScene, catalog: &Catalog) -> (Vec<f32>, f32) {
-    let queries: Vec<MeshQuery> = catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).unwrap()).collect();
+    let queries: Vec<MeshQuery> =
+        catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).unwrap()).collect();
     let mut own = Vec::new();
     let mut deepest = 0.0_f32;
     for (p, &k) in made.survey.cloud.position_m.iter().zip(&made.instance) {
@@ -113,7 +117,9 @@ fn occlusion_agrees_with_rays() {
                 || made.scene.blocks.iter().any(|other| {
                     let origin = other.site_from_block.inverse_transform_point(eye);
                     let local = other.site_from_block.rotation.inverse() * direction;
-                    query.cast_ray(origin, local, distance).is_some_and(|hit| hit.distance_m < distance - 1e-2)
+                    query
+                        .cast_ray(origin, local, distance)
+                        .is_some_and(|hit| hit.distance_m < distance - 1e-2)
                 })
         });
         let by_rays = hidden.count() as f32 / samples.len() as f32;
@@ -124,7 +130,11 @@ fn occlusion_agrees_with_rays() {
 /// Share of the labelled points within `limit_m` of their block.
 fn share_within(made: &SynthScene, catalog: &Catalog, limit_m: f32) -> f32 {
     let (own, _) = distances(made, catalog);
-    assert_eq!(own.len(), made.instance.iter().filter(|&&k| k > 0).count(), "every label has its block nearby");
+    assert_eq!(
+        own.len(),
+        made.instance.iter().filter(|&&k| k > 0).count(),
+        "every label has its block nearby"
+    );
     own.iter().filter(|&&d| d <= limit_m).count() as f32 / own.len() as f32
 }
 
@@ -142,7 +152,8 @@ fn drone_points_stay_near_their_block_and_webs_belong_to_none() {
 
 #[test]
 fn nothing_is_measured_under_water() {
-    let sensor = "kind = \"uav\"\nwaterline = { level_m = 1.0, band_m = 0.5, missing = 0.4, splash = 0.05 }";
+    let sensor =
+        "kind = \"uav\"\nwaterline = { level_m = 1.0, band_m = 0.5, missing = 0.4, splash = 0.05 }";
     let (wet, dry) = (make(&small(sensor), 12), make(&small("kind = \"uav\""), 12));
     let count = |made: &SynthScene, low: f32, high: f32| {
         made.survey.cloud.position_m.iter().filter(|p| p.z > low && p.z < high).count()
@@ -160,7 +171,8 @@ fn echoes_stay_near_their_block_and_outliers_belong_to_none() {
     assert!(share_within(&made, &tetrapods(), 0.05) > 0.6);
     assert!(share_within(&made, &tetrapods(), 0.15) > 0.97);
     assert!(made.occlusion.iter().all(|o| (0.0..=1.0).contains(o)));
-    let top = made.scene.blocks.iter().map(|b| b.site_from_block.translation.z + 1.4).fold(0.0, f32::max);
+    let top =
+        made.scene.blocks.iter().map(|b| b.site_from_block.translation.z + 1.4).fold(0.0, f32::max);
     let spikes = made.survey.cloud.position_m.iter().zip(&made.instance).filter(|(p, _)| p.z > top);
     assert!(spikes.clone().count() > 3);
     assert!(spikes.clone().all(|(_, &k)| k == 0));
@@ -172,9 +184,19 @@ fn echoes_stay_near_their_block_and_outliers_belong_to_none() {
 fn the_error_of_a_pass_is_common_to_its_points() {
     let quiet = "range_noise_sd_m = 0.0\nfootprint_noise = 0.0\nquantum_m = 0.0\nswitch_noise_sd_m = 0.0\nghosts = 0.0\nspikes = 0.0\nroll_bias_sd_deg = 0.0\nposition_bias_sd_m = 0.0";
     let bed = "density_per_m2 = 40\ncount = [1, 1]\nbed = { stone_blocks = 0.0 }";
-    let made = make(&recipe(bed, &format!("kind = \"mbes\"\npasses = 1\nheave_bias_sd_m = 0.1\n{quiet}")), 14);
-    let bed: Vec<f32> =
-        made.survey.cloud.position_m.iter().zip(&made.instance).filter(|(_, k)| **k == 0).map(|(p, _)| p.z).collect();
+    let made = make(
+        &recipe(bed, &format!("kind = \"mbes\"\npasses = 1\nheave_bias_sd_m = 0.1\n{quiet}")),
+        14,
+    );
+    let bed: Vec<f32> = made
+        .survey
+        .cloud
+        .position_m
+        .iter()
+        .zip(&made.instance)
+        .filter(|(_, k)| **k == 0)
+        .map(|(p, _)| p.z)
+        .collect();
     let mean = bed.iter().sum::<f32>() / bed.len() as f32;
     let flat = bed.iter().filter(|z| (**z - mean).abs() < 0.01).count();
     assert!(mean.abs() > 0.005, "one heave error for all: {mean}");
@@ -190,7 +212,8 @@ fn a_depth_camera_sees_parts_in_a_bin() {
     assert!(made.instance.len() > 5000);
     assert!(share_within(&made, &parts, 0.002) > 0.95);
     assert!(share_within(&made, &parts, 0.006) > 0.999);
-    let flying = made.instance.iter().filter(|&&k| k == 0).count() as f32 / made.instance.len() as f32;
+    let flying =
+        made.instance.iter().filter(|&&k| k == 0).count() as f32 / made.instance.len() as f32;
     assert!((0.001..0.1).contains(&flying), "{flying} flying pixels");
 }
 
@@ -241,8 +264,12 @@ fn the_bits_of_a_scene_are_pinned_and_the_same_on_one_or_two_threads() {
         })
         .collect();
     if cfg!(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu")) {
-        let pinned: Vec<_> = PINNED.iter().map(|&(sensor, hash)| (sensor, hash.to_owned())).collect();
-        assert_eq!(found, pinned, "a change that is meant changes these, and every published scene with them");
+        let pinned: Vec<_> =
+            PINNED.iter().map(|&(sensor, hash)| (sensor, hash.to_owned())).collect();
+        assert_eq!(
+            found, pinned,
+            "a change that is meant changes these, and every published scene with them"
+        );
     }
 }
 
@@ -298,7 +325,8 @@ fn hidden_point_removal_agrees_with_exact_visibility() {
     recipe.visibility = synth::Visibility::Katz;
     let katz = make(&recipe, 31);
     assert_eq!(exact.scene.blocks, katz.scene.blocks);
-    let apart: Vec<f32> = exact.occlusion.iter().zip(&katz.occlusion).map(|(a, b)| (a - b).abs()).collect();
+    let apart: Vec<f32> =
+        exact.occlusion.iter().zip(&katz.occlusion).map(|(a, b)| (a - b).abs()).collect();
     let mean = apart.iter().sum::<f32>() / apart.len() as f32;
     assert!(mean < 0.12, "{mean}");
     let mut mbes = small("kind = \"mbes\"");
@@ -310,7 +338,8 @@ fn hidden_point_removal_agrees_with_exact_visibility() {
     let removed = make(&drone, 31);
     assert_eq!(rays.scene.blocks, removed.scene.blocks);
     assert!(share_within(&removed, &tetrapods(), 0.08) > 0.99);
-    let apart: f32 = rays.occlusion.iter().zip(&removed.occlusion).map(|(a, b)| (a - b).abs()).sum();
+    let apart: f32 =
+        rays.occlusion.iter().zip(&removed.occlusion).map(|(a, b)| (a - b).abs()).sum();
     assert!(apart / (rays.occlusion.len() as f32) < 0.12, "{apart}");
 }
 
@@ -336,7 +365,8 @@ fn every_shipped_recipe_makes_a_scene() {
             Some(spec) => blocks::catalog(spec, &|_| Err("recipes ship no meshes".into())).unwrap(),
             None => catalog(&[("part", Shape::Tetrapod { size: 0.05 })]),
         };
-        let made = scene(&recipe, &catalog, SeedTree::new(1)).unwrap_or_else(|e| panic!("{}: {e}", name.display()));
+        let made = scene(&recipe, &catalog, SeedTree::new(1))
+            .unwrap_or_else(|e| panic!("{}: {e}", name.display()));
         assert!(made.instance.len() > 1000, "{}: {} points", name.display(), made.instance.len());
         assert_eq!(Some(recipe.name.as_str()), name.file_stem().and_then(|s| s.to_str()));
     }
@@ -374,7 +404,10 @@ fn a_strip_slopes_and_a_bin_has_no_bed() {
 
 #[test]
 fn two_sizes_are_mixed_as_asked() {
-    let both = catalog(&[("small", Shape::Tetrapod { size: 1.6 }), ("large", Shape::Tetrapod { size: 2.0 })]);
+    let both = catalog(&[
+        ("small", Shape::Tetrapod { size: 1.6 }),
+        ("large", Shape::Tetrapod { size: 2.0 }),
+    ]);
     let recipe = recipe(
         "density_per_m2 = 30\ncount = [40, 40]\nmix = [{ model = \"large\", share = 3.0 }, { model = \"small\", share = 1.0 }]",
         "kind = \"gaussian\"",
@@ -386,9 +419,17 @@ fn two_sizes_are_mixed_as_asked() {
 
 #[test]
 fn bad_recipes_are_named() {
-    let fails = |head: &str| scene(&recipe(head, "kind = \"gaussian\""), &tetrapods(), SeedTree::new(1)).unwrap_err();
-    assert!(matches!(fails("density_per_m2 = 100\ncount = [0, 0]"), SynthError::BadValue { key: "count", .. }));
-    assert!(matches!(fails("density_per_m2 = -3"), SynthError::BadValue { key: "density_per_m2", .. }));
+    let fails = |head: &str| {
+        scene(&recipe(head, "kind = \"gaussian\""), &tetrapods(), SeedTree::new(1)).unwrap_err()
+    };
+    assert!(matches!(
+        fails("density_per_m2 = 100\ncount = [0, 0]"),
+        SynthError::BadValue { key: "count", .. }
+    ));
+    assert!(matches!(
+        fails("density_per_m2 = -3"),
+        SynthError::BadValue { key: "density_per_m2", .. }
+    ));
     assert!(matches!(fails("density_per_m2 = 1e8"), SynthError::TooDense { .. }));
     let tiny = "density_per_m2 = 100\nsite = { kind = \"pen\", side_blocks = 0.9 }";
     assert!(matches!(fails(tiny), SynthError::SiteTooSmall { .. }));
@@ -396,7 +437,9 @@ fn bad_recipes_are_named() {
     assert!(fails(unknown).to_string().contains("it has tetrapod"));
     let restless = "density_per_m2 = 100\nmost_attempts = 1\nphysics = { max_time_s = 0.1 }";
     assert!(matches!(fails(restless), SynthError::NoPile { attempts: 1, .. }));
-    let typo = Recipe::parse("name = \"x\"\ndensity_per_m2 = 1\ncounts = [1, 2]\n[sensor]\nkind = \"gaussian\"");
+    let typo = Recipe::parse(
+        "name = \"x\"\ndensity_per_m2 = 1\ncounts = [1, 2]\n[sensor]\nkind = \"gaussian\"",
+    );
     assert!(typo.unwrap_err().to_string().contains("counts"));
     let none = scene(&small("kind = \"gaussian\""), &Catalog::default(), SeedTree::new(1));
     assert_eq!(none.unwrap_err(), SynthError::EmptyCatalog);

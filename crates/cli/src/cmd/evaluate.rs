@@ -69,7 +69,8 @@ pub fn evaluate(args: &EvaluateArgs, terminal: &Terminal) -> Result<(), Exit> {
     let scenes = pair_scenes(&args.truth, &args.result)?;
     let catalog_file = find_catalog(args)?;
     let catalog = inputs::catalog(&catalog_file, terminal)?;
-    let criteria = PoseCriteria { occlusion_limit: args.occlusion_limit, ..PoseCriteria::default() };
+    let criteria =
+        PoseCriteria { occlusion_limit: args.occlusion_limit, ..PoseCriteria::default() };
 
     let mut total = Total::default();
     for (truth, result) in &scenes {
@@ -98,12 +99,19 @@ fn pair_scenes(truth: &Path, result: &Path) -> Result<Vec<(PathBuf, PathBuf)>, E
         .collect();
     names.sort();
     if names.is_empty() {
-        return Err(Exit::bad_input(anyhow!("{}: no truth.csv here, nor in a folder below", truth.display())));
+        return Err(Exit::bad_input(anyhow!(
+            "{}: no truth.csv here, nor in a folder below",
+            truth.display()
+        )));
     }
     let pairs: Vec<_> = names.into_iter().map(|n| (truth.join(&n), result.join(&n))).collect();
     for (t, r) in &pairs {
         if !r.is_dir() {
-            return Err(Exit::bad_input(anyhow!("{}: has no result at {}", t.display(), r.display())));
+            return Err(Exit::bad_input(anyhow!(
+                "{}: has no result at {}",
+                t.display(),
+                r.display()
+            )));
         }
     }
     Ok(pairs)
@@ -195,18 +203,28 @@ fn score_scene(
 ) -> Result<Total, Exit> {
     let truth_file = truth_dir.join("truth.csv");
     let truth_rows = io::blocks_csv::read(&truth_file).or_bad_input()?;
-    let result_file = first_file(result_dir, &["blocks.csv", "recognise/blocks.csv"])
-        .ok_or_else(|| Exit::bad_input(anyhow!("{}: no blocks.csv here, nor in recognise/", result_dir.display())))?;
+    let result_file =
+        first_file(result_dir, &["blocks.csv", "recognise/blocks.csv"]).ok_or_else(|| {
+            Exit::bad_input(anyhow!(
+                "{}: no blocks.csv here, nor in recognise/",
+                result_dir.display()
+            ))
+        })?;
     let result_rows = io::blocks_csv::read(&result_file).or_bad_input()?;
 
     // All poses near one origin, so that f32 holds them.
-    let origin = truth_rows.iter().chain(&result_rows).next().map_or([0.0; 3], |r| r.pose.position_m.map(f64::round));
+    let origin = truth_rows
+        .iter()
+        .chain(&result_rows)
+        .next()
+        .map_or([0.0; 3], |r| r.pose.position_m.map(f64::round));
     let frame = SiteFrame { origin, ..SiteFrame::default() };
     let truths: Vec<TrueBlock> = truth_rows
         .iter()
         .map(|row| {
             let b = inputs::recognised(row, catalog, &frame, &truth_file)?;
-            let placed = PlacedBlock { block: b.block, model: b.model, site_from_block: b.site_from_block };
+            let placed =
+                PlacedBlock { block: b.block, model: b.model, site_from_block: b.site_from_block };
             Ok(TrueBlock { placed, occlusion: row.occlusion.unwrap_or(0.0) as f32 })
         })
         .collect::<Result<_, Exit>>()?;
@@ -228,14 +246,19 @@ fn score_scene(
 
     let clouds = ["cloud.ply", "cloud.laz", "cloud.las", "segment/cloud.laz"];
     let truth_cloud = first_file(truth_dir, &clouds);
-    let result_cloud = first_file(result_dir, &["segment/cloud.laz", "cloud.ply", "cloud.laz", "cloud.las"]);
+    let result_cloud =
+        first_file(result_dir, &["segment/cloud.laz", "cloud.ply", "cloud.laz", "cloud.las"]);
     if let Some(file) = &result_cloud {
         let cloud = io::points::read(file, terminal).or_bad_input()?;
         let points: Vec<_> = cloud.position.iter().map(|&p| frame.local_from_site(p)).collect();
         let blocks: Vec<PlacedBlock> = estimates
             .iter()
             .filter(judged)
-            .map(|r| PlacedBlock { block: r.block, model: r.model, site_from_block: r.site_from_block })
+            .map(|r| PlacedBlock {
+                block: r.block,
+                model: r.model,
+                site_from_block: r.site_from_block,
+            })
             .collect();
         total.distance_m = metrics::model_distances_m(&points, &blocks, catalog, total.threshold_m);
         if let Some(truth_file) = &truth_cloud {
@@ -257,17 +280,21 @@ fn instance_counts(
     truths: &[TrueBlock],
     criteria: &PoseCriteria,
 ) -> Result<Option<DetectionCounts>, Exit> {
-    let (Some(true_label), Some(label)) = (&truth.instance, &result.instance) else { return Ok(None) };
+    let (Some(true_label), Some(label)) = (&truth.instance, &result.instance) else {
+        return Ok(None);
+    };
     // LAS rounds to its scale; two points of a survey are farther apart than this.
     let near = |a: DVec3, b: DVec3| (a - b).abs().max_element() < 2e-3;
-    let same_order =
-        truth.len() == result.len() && truth.position.iter().zip(&result.position).all(|(&a, &b)| near(a, b));
+    let same_order = truth.len() == result.len()
+        && truth.position.iter().zip(&result.position).all(|(&a, &b)| near(a, b));
     let predicted = if same_order {
         label.clone()
     } else {
         let key = |p: DVec3| (p / 4e-3).round().to_array().map(|v| v as i64);
-        let by_place: HashMap<_, _> = result.position.iter().map(|&p| key(p)).zip(label.iter().copied()).collect();
-        let found: Vec<Option<u32>> = truth.position.iter().map(|&p| by_place.get(&key(p)).copied()).collect();
+        let by_place: HashMap<_, _> =
+            result.position.iter().map(|&p| key(p)).zip(label.iter().copied()).collect();
+        let found: Vec<Option<u32>> =
+            truth.position.iter().map(|&p| by_place.get(&key(p)).copied()).collect();
         if found.iter().filter(|f| f.is_some()).count() * 2 < found.len() {
             return Ok(None);
         }
@@ -276,7 +303,9 @@ fn instance_counts(
     // Blocks too occluded to be asked for are neither right nor wrong, nor is an instance that lies on one.
     let labels = truths.iter().map(|t| t.placed.block.0).max().unwrap_or(0) as usize;
     let mut hidden = vec![false; labels];
-    for t in truths.iter().filter(|t| t.occlusion >= criteria.occlusion_limit && t.placed.block.0 > 0) {
+    for t in
+        truths.iter().filter(|t| t.occlusion >= criteria.occlusion_limit && t.placed.block.0 > 0)
+    {
         hidden[t.placed.block.0 as usize - 1] = true;
     }
     let (predicted, truth) = metrics::without_hidden(&predicted, true_label, &hidden);
@@ -290,7 +319,8 @@ fn first_file(dir: &Path, names: &[&str]) -> Option<PathBuf> {
 
 fn print_table(f: &Figures, terminal: &Terminal) {
     let percent = |v: Option<f64>| v.map_or("–".to_string(), |v| format!("{:.1} %", v * 100.0));
-    let millimetres = |v: Option<f64>| v.map_or("–".to_string(), |v| format!("{:.1} mm", v * 1000.0));
+    let millimetres =
+        |v: Option<f64>| v.map_or("–".to_string(), |v| format!("{:.1} mm", v * 1000.0));
     let rows = [
         ("scenes", f.scenes.to_string()),
         ("true blocks", format!("{} ({} asked for)", f.true_blocks, f.true_blocks_asked_for)),

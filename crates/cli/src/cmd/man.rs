@@ -16,7 +16,8 @@ pub struct ManArgs {
 /// Writes the pages.
 pub fn man(args: &ManArgs, terminal: &Terminal) -> Result<(), Exit> {
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    clap_mangen::generate_to(Options::command(), &args.out).with_context(|| args.out.display().to_string())?;
+    clap_mangen::generate_to(Options::command(), &args.out)
+        .with_context(|| args.out.display().to_string())?;
     terminal.say(format!("manual pages: {}", args.out.display()));
     Ok(())
 }

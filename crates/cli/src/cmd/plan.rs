@@ -72,8 +72,9 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
     let (site_dir, run_dir) = folders(args)?;
     let inputs = inputs::site(&site_dir, terminal)?;
     let config = settings::of_site(&inputs.site, args.policy, args.plans)?;
-    let design = inputs::design(&inputs.site, terminal)?
-        .ok_or_else(|| Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display())))?;
+    let design = inputs::design(&inputs.site, terminal)?.ok_or_else(|| {
+        Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display()))
+    })?;
     let blocks = recognised(&RunFolder::existing(&run_dir), &inputs.catalog, &inputs.survey.frame)?;
     let previous = match &args.from {
         Some(from) => {
@@ -84,7 +85,12 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<(), Exit> {
         None => None,
     };
     review::honoured_one(&site_dir, Manifest::load(&run_dir).ok().as_ref(), terminal)?;
-    let proposer = weights::proposer(args.placement_model.as_deref(), &config.plan, &inputs.catalog, terminal)?;
+    let proposer = weights::proposer(
+        args.placement_model.as_deref(),
+        &config.plan,
+        &inputs.catalog,
+        terminal,
+    )?;
     let run = RunFolder::for_writing(&args.out)?;
     let seed_number = args.seed.unwrap_or(inputs.site.spec.seed);
     let works = Works {
@@ -139,12 +145,19 @@ pub fn site_of_run(run: &Path, named: Option<&Path>) -> Result<PathBuf, Exit> {
     let beside = run.canonicalize().ok().and_then(|p| p.parent().map(Path::to_path_buf));
     let lies_in = beside.filter(|p| p.join("site.toml").is_file());
     named.map(Path::to_path_buf).or(lies_in).ok_or_else(|| {
-        Exit::bad_input(anyhow!("{}: does not lie in its site folder; name that with --site", run.display()))
+        Exit::bad_input(anyhow!(
+            "{}: does not lie in its site folder; name that with --site",
+            run.display()
+        ))
     })
 }
 
 /// The blocks of `blocks.csv`, as corrected by hand perhaps.
-pub fn recognised(run: &RunFolder, catalog: &Catalog, frame: &SiteFrame) -> Result<Vec<Recognised>, Exit> {
+pub fn recognised(
+    run: &RunFolder,
+    catalog: &Catalog,
+    frame: &SiteFrame,
+) -> Result<Vec<Recognised>, Exit> {
     let file = run.blocks();
     let rows = io::blocks_csv::read(&file).or_bad_input()?;
     rows.iter().map(|row| inputs::recognised(row, catalog, frame, &file)).collect()
@@ -195,9 +208,9 @@ pub fn range(
 pub fn earlier_plan(file: &Path, catalog: &Catalog, frame: &SiteFrame) -> Result<Plan, Exit> {
     let mut plan = Plan::default();
     for row in io::placements_csv::read(file).or_bad_input()? {
-        let model = catalog
-            .find(&row.model)
-            .ok_or_else(|| Exit::bad_input(anyhow!("{}: `{}` is not in the catalogue", file.display(), row.model)))?;
+        let model = catalog.find(&row.model).ok_or_else(|| {
+            Exit::bad_input(anyhow!("{}: `{}` is not in the catalogue", file.display(), row.model))
+        })?;
         let placement = Placement {
             order: row.order,
             round: row.round,
@@ -237,7 +250,8 @@ fn thresholds(summary: &serde_json::Value) -> Vec<String> {
 
 /// What became of the earlier plan.
 fn against_earlier(plan: &Plan, previous: &Plan) -> String {
-    let earlier = |p: &&Placement| previous.placements.iter().any(|q| q.drop == p.drop && q.rest == p.rest);
+    let earlier =
+        |p: &&Placement| previous.placements.iter().any(|q| q.drop == p.drop && q.rest == p.rest);
     let kept = plan.placements.iter().filter(earlier).count();
     format!(
         "earlier plan of {} blocks: {kept} still to place as it says, {} built or given up; {} blocks planned anew",

@@ -53,7 +53,13 @@ pub struct Measured {
 impl Measured {
     /// The clouds as one survey.
     pub fn survey(&self, clouds: &[PathBuf], terminal: &Terminal) -> Result<Survey, Exit> {
-        inputs::loose_survey(clouds, self.sensor.kind(), &self.sensor_position, self.area.as_ref(), terminal)
+        inputs::loose_survey(
+            clouds,
+            self.sensor.kind(),
+            &self.sensor_position,
+            self.area.as_ref(),
+            terminal,
+        )
     }
 }
 
@@ -96,20 +102,24 @@ impl Sensor {
 
 /// `x,y,z` as three numbers.
 pub fn point(text: &str) -> Result<[f64; 3], String> {
-    <[f64; 3]>::try_from(numbers(text)?).map_err(|n| format!("{} numbers instead of x,y,z", n.len()))
+    <[f64; 3]>::try_from(numbers(text)?)
+        .map_err(|n| format!("{} numbers instead of x,y,z", n.len()))
 }
 
 /// `x0,y0,x1,y1` as a rectangle.
 fn rectangle(text: &str) -> Result<Area, String> {
-    let [west, south, east, north] =
-        <[f64; 4]>::try_from(numbers(text)?).map_err(|n| format!("{} numbers instead of x0,y0,x1,y1", n.len()))?;
+    let [west, south, east, north] = <[f64; 4]>::try_from(numbers(text)?)
+        .map_err(|n| format!("{} numbers instead of x0,y0,x1,y1", n.len()))?;
     let area = Area { west, east, south, north };
     area.check().map_err(|e| e.to_string())?;
     Ok(area)
 }
 
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
-    text.split(',').map(|t| t.trim().parse::<f64>()).collect::<Result<_, _>>().map_err(|e| e.to_string())
+    text.split(',')
+        .map(|t| t.trim().parse::<f64>())
+        .collect::<Result<_, _>>()
+        .map_err(|e| e.to_string())
 }
 
 impl Chosen {
@@ -134,12 +144,27 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> 
         Some(file) => Some(review::of_file(file)?),
         None => None,
     };
-    let recogniser = Recogniser { catalog: &catalog, model: &weights.model, config: &config, seed, observer: terminal };
+    let recogniser = Recogniser {
+        catalog: &catalog,
+        model: &weights.model,
+        config: &config,
+        seed,
+        observer: terminal,
+    };
     let mut recognition = recogniser.recognise(&survey)?;
-    let honoured = review::honour(decided.as_ref(), &catalog, &survey.frame, &mut recognition.blocks, terminal)?;
+    let honoured = review::honour(
+        decided.as_ref(),
+        &catalog,
+        &survey.frame,
+        &mut recognition.blocks,
+        terminal,
+    )?;
     outputs::write_segment(&run, &survey, &recognition)?;
     let summary = outputs::write_recognise(&run, &survey, &recognition, &catalog)?;
-    io::atomic::write_bytes(&run.picture(), &crate::page::picture(&survey, &catalog, &recognition.blocks)?)?;
+    io::atomic::write_bytes(
+        &run.picture(),
+        &crate::page::picture(&survey, &catalog, &recognition.blocks)?,
+    )?;
     let config = serde_json::to_value(&config)?;
     let mut manifest = io::manifest::Manifest::new(version::STAMP, args.chosen.seed, config);
     weights.record(&mut manifest);

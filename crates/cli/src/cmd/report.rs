@@ -38,8 +38,9 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
     let site_dir = cmd::plan::site_of_run(&args.run, args.site.as_deref())?;
     let inputs = inputs::site(&site_dir, terminal)?;
     let (survey, catalog) = (&inputs.survey, &inputs.catalog);
-    let design = inputs::design(&inputs.site, terminal)?
-        .ok_or_else(|| Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display())))?;
+    let design = inputs::design(&inputs.site, terminal)?.ok_or_else(|| {
+        Exit::bad_input(anyhow!("{}: has no [design]", site_dir.join("site.toml").display()))
+    })?;
     let mut blocks = cmd::plan::recognised(&run, catalog, &survey.frame)?;
     give_points(&mut blocks, &run, survey.cloud.len(), terminal)?;
     let works = Works {
@@ -53,8 +54,10 @@ pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<(), Exit> {
         ground: inputs::ground(&inputs.site, survey),
     };
     let config = crate::settings::of_site(&inputs.site, None, None)?;
-    let pile =
-        Scene { blocks: pipeline::placed_blocks(&blocks), ground: pipeline::ground_of(&works, &config, terminal) };
+    let pile = Scene {
+        blocks: pipeline::placed_blocks(&blocks),
+        ground: pipeline::ground_of(&works, &config, terminal),
+    };
     let plan = cmd::plan::earlier_plan(&run.placements(), catalog, &survey.frame)?;
     let drawings = Drawings::of(&works, &pile, &plan);
     let manifest = Manifest::load(run.root()).ok();
@@ -88,19 +91,32 @@ pub fn provenance(manifest: &Manifest) -> Vec<(Text, String)> {
     rows.extend(review::provenance(manifest));
     for (name, entry) in &manifest.inputs {
         let label = Text::new(format!("Input {name}"), format!("入力 {name}"));
-        rows.push((label, format!("{} bytes, BLAKE3 {}…", entry.bytes, entry.blake3.get(..16).unwrap_or_default())));
+        rows.push((
+            label,
+            format!(
+                "{} bytes, BLAKE3 {}…",
+                entry.bytes,
+                entry.blake3.get(..16).unwrap_or_default()
+            ),
+        ));
     }
     rows
 }
 
 fn json_file(path: &Path) -> Result<Value, Exit> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| Exit::bad_input(anyhow!("cannot read {}: {e}; run the stage before first", path.display())))?;
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        Exit::bad_input(anyhow!("cannot read {}: {e}; run the stage before first", path.display()))
+    })?;
     serde_json::from_str(&text).map_err(|e| Exit::bad_input(anyhow!("{}: {e}", path.display())))
 }
 
 /// The points of each block, from the labelled cloud of the run.
-fn give_points(blocks: &mut [Recognised], run: &RunFolder, points: usize, terminal: &Terminal) -> Result<(), Exit> {
+fn give_points(
+    blocks: &mut [Recognised],
+    run: &RunFolder,
+    points: usize,
+    terminal: &Terminal,
+) -> Result<(), Exit> {
     let file = run.recognise_cloud();
     let cloud = io::points::read(&file, terminal).or_bad_input()?;
     if cloud.len() != points {

@@ -72,11 +72,18 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal) -> Result<(), Exit> 
         repeats: args.repeats,
         percent: args.percent,
     };
-    std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string()).or_bad_input()?;
+    std::fs::create_dir_all(&args.out)
+        .with_context(|| args.out.display().to_string())
+        .or_bad_input()?;
     let start = Instant::now();
     let clock = || start.elapsed().as_secs_f64();
-    let bench =
-        Bench { settings: &settings, model: model.as_ref(), folder: &args.out, clock: &clock, observer: terminal };
+    let bench = Bench {
+        settings: &settings,
+        model: model.as_ref(),
+        folder: &args.out,
+        clock: &clock,
+        observer: terminal,
+    };
     for experiment in chosen {
         let page = reproduce::page(experiment, &bench)?;
         let path = args.out.join(format!("{}.md", experiment.name));

@@ -63,25 +63,37 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     pipeline::survey::check_design(survey, &design)?;
     let decided = review::of_site(&site.folder)?;
     let weights = weights::choose(args.model.as_deref(), catalog, terminal)?;
-    let proposer = weights::proposer(args.placement_model.as_deref(), &config.plan, catalog, terminal)?;
+    let proposer =
+        weights::proposer(args.placement_model.as_deref(), &config.plan, catalog, terminal)?;
     let run = RunFolder::for_writing(&args.out.clone().unwrap_or_else(|| site.folder.join("run")))?;
     let seed_number = args.seed.unwrap_or(site.spec.seed);
     let seed = SeedTree::new(seed_number);
     let mut manifest = Manifest::new(version::STAMP, seed_number, serde_json::to_value(&config)?);
     weights.record(&mut manifest);
     weights::record_proposer(args.placement_model.as_deref(), &mut manifest)?;
-    manifest.inputs = inputs.hashes.iter().map(|(name, entry)| (io::manifest::portable(name), entry.clone())).collect();
+    manifest.inputs = inputs
+        .hashes
+        .iter()
+        .map(|(name, entry)| (io::manifest::portable(name), entry.clone()))
+        .collect();
     if decided.is_some() {
         manifest.add_input(Path::new(io::review::FILE), &site.folder.join(io::review::FILE))?;
     }
     let kept = Kept::open(run.root(), manifest.key(&this_program()), terminal)?;
     clock.lap("read");
 
-    let recogniser = Recogniser { catalog, model: &weights.model, config: &config, seed, observer: terminal };
+    let recogniser =
+        Recogniser { catalog, model: &weights.model, config: &config, seed, observer: terminal };
     let segments = kept.part("segment", || recogniser.foreground_segments(survey))?;
     clock.lap("segment");
     let mut recognition = kept.part("recognise", || recogniser.blocks(survey, segments))?;
-    let honoured = review::honour(decided.as_ref(), catalog, &survey.frame, &mut recognition.blocks, terminal)?;
+    let honoured = review::honour(
+        decided.as_ref(),
+        catalog,
+        &survey.frame,
+        &mut recognition.blocks,
+        terminal,
+    )?;
     clock.lap("recognise");
     outputs::write_segment(&run, survey, &recognition)?;
     let recognised = outputs::write_recognise(&run, survey, &recognition, catalog)?;
@@ -98,7 +110,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
         design: &design,
         ground: inputs::ground(site, survey),
     };
-    let (pile, plan) = kept.part("plan", || pipeline::plan_works(&works, &config, seed, terminal))?;
+    let (pile, plan) =
+        kept.part("plan", || pipeline::plan_works(&works, &config, seed, terminal))?;
     clock.lap("plan");
     let range = kept.part("range", || cmd::plan::range(&works, &pile, &config, seed, terminal))?;
     clock.lap("range");
@@ -132,7 +145,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
     clock.lap("manifest");
     outputs::write_json(&run.timing(), &clock.json())?;
     kept.finish()?;
-    terminal.emit("run", json!({ "recognised": recognised, "planned": planned, "folder": run.root() }));
+    terminal
+        .emit("run", json!({ "recognised": recognised, "planned": planned, "folder": run.root() }));
     terminal.say(format!("open {}", run.report().display()));
     Ok(())
 }
@@ -162,7 +176,8 @@ impl Clock {
     }
 
     fn json(&self) -> serde_json::Value {
-        let map: serde_json::Map<_, _> = self.laps.iter().map(|(n, s)| (format!("{n}_s"), json!(s))).collect();
+        let map: serde_json::Map<_, _> =
+            self.laps.iter().map(|(n, s)| (format!("{n}_s"), json!(s))).collect();
         serde_json::Value::Object(map)
     }
 }

@@ -35,9 +35,13 @@ pub struct SegmentArgs {
 
 /// Segments and writes.
 pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<(), Exit> {
-    let extension = args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let extension =
+        args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !["ply", "laz", "las"].contains(&extension.as_str()) {
-        return Err(Exit::bad_input(anyhow!("--out {}: end it in .ply, .laz or .las", args.out.display())));
+        return Err(Exit::bad_input(anyhow!(
+            "--out {}: end it in .ply, .laz or .las",
+            args.out.display()
+        )));
     }
     let config = args.chosen.settings()?;
     let catalog = inputs::catalog(&args.catalog, terminal)?;
@@ -45,7 +49,13 @@ pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<(), Exit> {
     let survey = args.measured.survey(files, terminal)?;
     let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
     let seed = SeedTree::new(args.chosen.seed);
-    let recogniser = Recogniser { catalog: &catalog, model: &weights.model, config: &config, seed, observer: terminal };
+    let recogniser = Recogniser {
+        catalog: &catalog,
+        model: &weights.model,
+        config: &config,
+        seed,
+        observer: terminal,
+    };
     let segmentation = recogniser.segments(&survey).or_bad_input()?;
     io::points::write(&args.out, &outputs::labelled_cloud(&survey, &segmentation))?;
     let labelled = segmentation.instance.iter().filter(|&&i| i > 0).count();

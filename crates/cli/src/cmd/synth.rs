@@ -38,7 +38,13 @@ pub struct SynthArgs {
     #[arg(long, value_name = "FILE")]
     pub catalog: Option<PathBuf>,
     /// Shares of train, validation and test scenes
-    #[arg(long, value_name = "A,B,C", value_delimiter = ',', num_args = 1, default_value = "0.8,0.1,0.1")]
+    #[arg(
+        long,
+        value_name = "A,B,C",
+        value_delimiter = ',',
+        num_args = 1,
+        default_value = "0.8,0.1,0.1"
+    )]
     pub split: Vec<f64>,
     /// Also draw preview.png of every scene
     #[arg(long)]
@@ -65,12 +71,14 @@ impl std::str::FromStr for Shard {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        let parts =
+            text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
         match parts {
             Some((index, count)) if index < count => Ok(Self { index, count }),
-            Some((index, count)) => {
-                Err(format!("shard {index} of {count} does not exist; give 0/{count} to {}/{count}", count.max(1) - 1))
-            }
+            Some((index, count)) => Err(format!(
+                "shard {index} of {count} does not exist; give 0/{count} to {}/{count}",
+                count.max(1) - 1
+            )),
             None => Err("write it as i/n, for example 0/4".into()),
         }
     }
@@ -91,9 +99,14 @@ pub fn synth(args: &SynthArgs, terminal: &Terminal) -> Result<(), Exit> {
     let (spec, catalog, shared) = catalog(args, &recipe, terminal)?;
     recipe.check_with(&catalog).with_context(named).or_bad_input()?;
     if let (Some(crs), Some(origin)) = (&args.site_crs, args.site_origin) {
-        let scene = synth::scene(&recipe, &catalog, synth_dataset::seed(args.seed, 0)).or_bad_input()?;
+        let scene =
+            synth::scene(&recipe, &catalog, synth_dataset::seed(args.seed, 0)).or_bad_input()?;
         synth_site::write(&args.out, &scene, &catalog, &Georeference { crs: crs.clone(), origin })?;
-        terminal.say(format!("{} blocks, {} points", scene.scene.blocks.len(), scene.survey.cloud.len()));
+        terminal.say(format!(
+            "{} blocks, {} points",
+            scene.scene.blocks.len(),
+            scene.survey.cloud.len()
+        ));
         return Ok(());
     }
     recipe.catalog = Some(spec);
@@ -114,20 +127,30 @@ fn shares(split: &[f64]) -> anyhow::Result<[f64; 3]> {
         return Err(anyhow!("--split needs three shares, for example 0.8,0.1,0.1"));
     };
     let sum = train + validation + test;
-    if [train, validation, test].iter().any(|s| !(0.0..=1.0).contains(s)) || (sum - 1.0).abs() > 1e-6 {
-        return Err(anyhow!("--split {train},{validation},{test}: three shares from 0 to 1 that add up to 1"));
+    if [train, validation, test].iter().any(|s| !(0.0..=1.0).contains(s))
+        || (sum - 1.0).abs() > 1e-6
+    {
+        return Err(anyhow!(
+            "--split {train},{validation},{test}: three shares from 0 to 1 that add up to 1"
+        ));
     }
     Ok([train, validation, test])
 }
 
 /// The catalogue of `--catalog` or of the recipe. Its meshes go into the dataset, whose recipe names them there.
-fn catalog(args: &SynthArgs, recipe: &Recipe, terminal: &Terminal) -> Result<(CatalogSpec, Catalog, Shared), Exit> {
+fn catalog(
+    args: &SynthArgs,
+    recipe: &Recipe,
+    terminal: &Terminal,
+) -> Result<(CatalogSpec, Catalog, Shared), Exit> {
     let (file, mut spec) = match (&args.catalog, &recipe.catalog) {
         (Some(file), _) => (file, io::site::load_catalog(file).or_bad_input()?),
         (None, Some(spec)) => (&args.recipe, spec.clone()),
         (None, None) => {
             let file = args.recipe.display();
-            return Err(Exit::bad_input(anyhow!("{file}: has no [[catalog.block]]; add one or give --catalog FILE")));
+            return Err(Exit::bad_input(anyhow!(
+                "{file}: has no [[catalog.block]]; add one or give --catalog FILE"
+            )));
         }
     };
     let loaded = inputs::models(&spec, file, terminal)?;
@@ -138,7 +161,10 @@ fn catalog(args: &SynthArgs, recipe: &Recipe, terminal: &Terminal) -> Result<(Ca
             let from = beside.join(&*mesh);
             let kind = from.extension().and_then(|e| e.to_str()).unwrap_or("mesh").to_lowercase();
             *mesh = PathBuf::from(format!("meshes/{k}.{kind}"));
-            meshes.push((mesh.clone(), fs::read(&from).with_context(|| from.display().to_string()).or_bad_input()?));
+            meshes.push((
+                mesh.clone(),
+                fs::read(&from).with_context(|| from.display().to_string()).or_bad_input()?,
+            ));
         }
     }
     Ok((spec, loaded, meshes))

@@ -82,7 +82,8 @@ pub fn make(out: &Path, order: &Order, shared: Shared, terminal: &Terminal) -> R
 }
 
 fn make_missing(out: &Path, order: &Order, terminal: &Terminal) -> Result<(), Exit> {
-    let wanted: Vec<u32> = (0..order.scenes).filter(|i| i % order.shard.count == order.shard.index).collect();
+    let wanted: Vec<u32> =
+        (0..order.scenes).filter(|i| i % order.shard.count == order.shard.index).collect();
     let missing: Vec<u32> = wanted.iter().copied().filter(|&i| !folder(out, i).is_dir()).collect();
     sweep(out, &missing)?;
     terminal.event(Event::Started { stage: "synth", total: missing.len() as u64 });
@@ -166,7 +167,10 @@ fn sweep(out: &Path, missing: &[u32]) -> Result<(), Exit> {
     for entry in entries {
         let path = entry.context("scenes")?.path();
         let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-        let scene = name.strip_prefix('.').and_then(|n| n.strip_suffix(".part")).and_then(|n| n.split('-').next());
+        let scene = name
+            .strip_prefix('.')
+            .and_then(|n| n.strip_suffix(".part"))
+            .and_then(|n| n.split('-').next());
         if scene.and_then(|s| s.parse().ok()).is_some_and(|i: u32| missing.contains(&i)) {
             fs::remove_dir_all(&path).with_context(|| path.display().to_string())?;
         }
@@ -181,10 +185,14 @@ fn folder(out: &Path, scene: u32) -> PathBuf {
 /// Makes one scene beside its place and moves it there when it is whole.
 fn one(out: &Path, order: &Order, scene: u32, terminal: &Terminal) -> Result<(), Exit> {
     let seed = seed(order.seed, scene);
-    let made =
-        synth::scene(order.recipe, order.catalog, seed).with_context(|| format!("scene {scene}")).or_bad_input()?;
+    let made = synth::scene(order.recipe, order.catalog, seed)
+        .with_context(|| format!("scene {scene}"))
+        .or_bad_input()?;
     for reason in &made.redraws {
-        terminal.event(Event::Noted { stage: "synth", message: format!("scene {scene} was dropped again: {reason}") });
+        terminal.event(Event::Noted {
+            stage: "synth",
+            message: format!("scene {scene} was dropped again: {reason}"),
+        });
     }
     let place = folder(out, scene);
     let aside = place.with_file_name(format!(".{scene:05}-{}.part", std::process::id()));
@@ -200,7 +208,12 @@ fn one(out: &Path, order: &Order, scene: u32, terminal: &Terminal) -> Result<(),
     moved
 }
 
-fn facts(made: &SynthScene, scene: u32, seed: SeedTree, [train, validation, _]: [f64; 3]) -> SceneFacts {
+fn facts(
+    made: &SynthScene,
+    scene: u32,
+    seed: SeedTree,
+    [train, validation, _]: [f64; 3],
+) -> SceneFacts {
     // The split of a scene does not depend on how many scenes are made.
     let u = (seed.child("split", 0).value() >> 11) as f64 / (1_u64 << 53) as f64;
     let split = match u {
@@ -208,7 +221,8 @@ fn facts(made: &SynthScene, scene: u32, seed: SeedTree, [train, validation, _]: 
         u if u < train + validation => "validation",
         _ => "test",
     };
-    let mean = made.occlusion.iter().map(|&o| f64::from(o)).sum::<f64>() / made.occlusion.len().max(1) as f64;
+    let mean = made.occlusion.iter().map(|&o| f64::from(o)).sum::<f64>()
+        / made.occlusion.len().max(1) as f64;
     SceneFacts {
         scene,
         stream: format!("{:016x}", seed.value()),
@@ -224,20 +238,30 @@ fn facts(made: &SynthScene, scene: u32, seed: SeedTree, [train, validation, _]: 
 
 fn write(to: &Path, made: &SynthScene, order: &Order, facts: SceneFacts) -> Result<(), Exit> {
     let cloud = RawCloud {
-        position: made.survey.cloud.position_m.iter().map(|p| made.survey.frame.site_from_local(*p)).collect(),
+        position: made
+            .survey
+            .cloud
+            .position_m
+            .iter()
+            .map(|p| made.survey.frame.site_from_local(*p))
+            .collect(),
         instance: Some(made.instance.clone()),
         line: (!made.survey.line.is_empty()).then(|| made.survey.line.clone()),
         ..Default::default()
     };
     points::write(&to.join("cloud.ply"), &cloud)?;
     let truth = made.scene.blocks.iter().zip(&made.occlusion);
-    let rows: Vec<BlockRow> =
-        truth.map(|(b, &occlusion)| BlockRow::of_truth(b, occlusion, order.catalog, &made.survey.frame)).collect();
+    let rows: Vec<BlockRow> = truth
+        .map(|(b, &occlusion)| BlockRow::of_truth(b, occlusion, order.catalog, &made.survey.frame))
+        .collect();
     blocks_csv::write_truth(&to.join("truth.csv"), &rows)?;
     let json = serde_json::to_string_pretty(&facts).context("scene.json")? + "\n";
     atomic::write_bytes(&to.join("scene.json"), json.as_bytes())?;
     if order.preview {
-        atomic::write_bytes(&to.join("preview.png"), &synth::preview_png(made).context("preview.png")?)?;
+        atomic::write_bytes(
+            &to.join("preview.png"),
+            &synth::preview_png(made).context("preview.png")?,
+        )?;
     }
     Ok(())
 }
@@ -248,7 +272,8 @@ fn index(out: &Path, scenes: u32) -> Result<(), Exit> {
     for i in 0..scenes {
         let path = folder(out, i).join("scene.json");
         let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
-        let facts: SceneFacts = serde_json::from_slice(&bytes).with_context(|| path.display().to_string())?;
+        let facts: SceneFacts =
+            serde_json::from_slice(&bytes).with_context(|| path.display().to_string())?;
         text += &format!(
             "{i},scenes/{i:05},{},{},{},{:.6},{}\n",
             facts.split,

@@ -18,9 +18,15 @@ pub struct Georeference {
 }
 
 /// Writes survey.laz, truth/truth.csv and truth/cloud.laz. site.toml and catalog.toml are the user's.
-pub fn write(folder: &Path, scene: &SynthScene, catalog: &Catalog, place: &Georeference) -> Result<(), Exit> {
+pub fn write(
+    folder: &Path,
+    scene: &SynthScene,
+    catalog: &Catalog,
+    place: &Georeference,
+) -> Result<(), Exit> {
     let frame = SiteFrame { origin: place.origin, crs: place.crs.clone(), ..SiteFrame::default() };
-    let position: Vec<DVec3> = scene.survey.cloud.position_m.iter().map(|&p| frame.site_from_local(p)).collect();
+    let position: Vec<DVec3> =
+        scene.survey.cloud.position_m.iter().map(|&p| frame.site_from_local(p)).collect();
     let line = (!scene.survey.line.is_empty()).then(|| scene.survey.line.clone());
     let survey = RawCloud { position, line, crs: Some(place.crs.clone()), ..RawCloud::default() };
     io::points::write(&folder.join("survey.laz"), &survey)?;

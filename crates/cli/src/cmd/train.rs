@@ -93,22 +93,29 @@ pub fn train(args: &TrainArgs, terminal: &Terminal) -> Result<(), Exit> {
 }
 
 fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit> {
-    let piles: Vec<Lessons> = args.recipes.iter().map(|r| lessons(r, args)).collect::<Result<_, _>>().or_bad_input()?;
+    let piles: Vec<Lessons> =
+        args.recipes.iter().map(|r| lessons(r, args)).collect::<Result<_, _>>().or_bad_input()?;
     let init = match args.init.as_deref() {
-        Some(path) if path == Path::new("shipped") => Some(SegmentModel::shipped(piles[0].catalog()).or_bad_input()?),
+        Some(path) if path == Path::new("shipped") => {
+            Some(SegmentModel::shipped(piles[0].catalog()).or_bad_input()?)
+        }
         Some(path) => Some(weights::load(path)?),
         None => None,
     };
     let root = SeedTree::new(args.seed);
     // One thread makes scenes, the others train; more would take the training's cores.
-    let maker = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("starting a thread")?;
+    let maker =
+        rayon::ThreadPoolBuilder::new().num_threads(1).build().context("starting a thread")?;
     let source = |split: Split, index: u64| {
         let seed = root.child(if split == Split::Train { "train" } else { "held out" }, index);
         maker.install(|| piles[(index % piles.len() as u64) as usize].scene(index, seed))
     };
     let mut config = TrainConfig { steps: args.steps, mirror: !args.handed, ..Default::default() };
     if let Architecture::Fpcc = args.network {
-        config.network = NetworkConfig::Fpcc(FpccConfig { batch_points: args.batch_points, ..Default::default() });
+        config.network = NetworkConfig::Fpcc(FpccConfig {
+            batch_points: args.batch_points,
+            ..Default::default()
+        });
         config.loss = LossConfig::of_the_thesis();
     }
     if args.any_shape {
@@ -121,7 +128,10 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
         config.processor.device().or_bad_input()?;
     }
     config.warmup = config.warmup.min(args.steps / 10);
-    config.name = args.name.clone().unwrap_or_else(|| piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", "));
+    config.name = args
+        .name
+        .clone()
+        .unwrap_or_else(|| piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", "));
     for pile in &piles {
         for shape in pile.shapes() {
             if !config.shapes.iter().any(|s| s.matches(&shape)) {
@@ -129,21 +139,34 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
             }
         }
     }
-    let trained = segment::train(&source, &config, init.as_ref(), &args.out, root.child("segment", 0), terminal)?;
+    let trained = segment::train(
+        &source,
+        &config,
+        init.as_ref(),
+        &args.out,
+        root.child("segment", 0),
+        terminal,
+    )?;
     terminal.say(format!(
         "{} of {} steps; held out: {}. {}",
         trained.steps,
         args.steps,
         match args.network {
-            Architecture::Fpccv2 => format!("votes off by {:.3} d_max in the mean", trained.validation.offset),
+            Architecture::Fpccv2 =>
+                format!("votes off by {:.3} d_max in the mean", trained.validation.offset),
             Architecture::Fpcc => {
-                format!("pair loss {:.4}, centre loss {:.4}", trained.validation.pair, trained.validation.centre)
+                format!(
+                    "pair loss {:.4}, centre loss {:.4}",
+                    trained.validation.pair, trained.validation.centre
+                )
             }
         },
         args.out.join("model.safetensors").display()
     ));
     if trained.steps < args.steps {
-        return Err(Exit::failed(anyhow!("stopped at a checkpoint; the same command goes on from there")));
+        return Err(Exit::failed(anyhow!(
+            "stopped at a checkpoint; the same command goes on from there"
+        )));
     }
     Ok(())
 }

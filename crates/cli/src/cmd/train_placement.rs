@@ -86,12 +86,14 @@ enum Rotation {
 
 /// Runs the stage.
 pub fn train_placement(args: &PlacementTraining, terminal: &Terminal) -> Result<(), Exit> {
-    let (recipe, catalog) = super::train::recipe(&args.recipe, args.catalog.as_deref()).or_bad_input()?;
+    let (recipe, catalog) =
+        super::train::recipe(&args.recipe, args.catalog.as_deref()).or_bad_input()?;
     let block = block(args, &catalog)?;
     let config = config(args, format!("{} on piles of {}", block.name, recipe.name));
     let seed = SeedTree::new(args.seed);
     let lessons = PlacementLessons { recipe: &recipe, catalog: &catalog, block };
-    let [samples, held_out] = lessons.samples(&config, &args.out.join("data"), seed, terminal).or_bad_input()?;
+    let [samples, held_out] =
+        lessons.samples(&config, &args.out.join("data"), seed, terminal).or_bad_input()?;
     let stayed = |s: &[placement::Sample]| s.iter().map(|s| s.good.len()).sum::<usize>();
     terminal.say(format!(
         "{} windows with {} good drops to learn from, {} windows to judge by",
@@ -102,9 +104,16 @@ pub fn train_placement(args: &PlacementTraining, terminal: &Terminal) -> Result<
     if args.data_only {
         return Ok(());
     }
-    let trained =
-        placement::train(&samples, &held_out, block, &config, &args.out, seed.child("placement", 0), terminal)
-            .or_bad_input()?;
+    let trained = placement::train(
+        &samples,
+        &held_out,
+        block,
+        &config,
+        &args.out,
+        seed.child("placement", 0),
+        terminal,
+    )
+    .or_bad_input()?;
     let e = trained.errors;
     terminal.say(format!(
         "{} of {} steps; {} held-out windows: surest answer off by {:.1}° and {:.2} m, nearest of {} by {:.1}° and {:.2} m. {}",
@@ -119,7 +128,9 @@ pub fn train_placement(args: &PlacementTraining, terminal: &Terminal) -> Result<
         args.out.join("model.safetensors").display()
     ));
     if trained.steps < args.steps {
-        return Err(Exit::failed(anyhow!("stopped at a checkpoint; the same command goes on from there")));
+        return Err(Exit::failed(anyhow!(
+            "stopped at a checkpoint; the same command goes on from there"
+        )));
     }
     Ok(())
 }
@@ -130,12 +141,14 @@ fn block<'a>(args: &PlacementTraining, catalog: &'a Catalog) -> Result<&'a Block
         None => catalog.iter().last().map(|(id, _)| id),
     };
     let asked = args.block.as_deref().unwrap_or("");
-    let id = found.ok_or_else(|| Exit::bad_input(anyhow!("--block `{asked}` is not in the catalogue")))?;
+    let id = found
+        .ok_or_else(|| Exit::bad_input(anyhow!("--block `{asked}` is not in the catalogue")))?;
     Ok(catalog.get(id))
 }
 
 fn config(args: &PlacementTraining, name: String) -> TrainConfig {
-    let mut config = TrainConfig { steps: args.steps, targets: args.targets, name, ..TrainConfig::default() };
+    let mut config =
+        TrainConfig { steps: args.steps, targets: args.targets, name, ..TrainConfig::default() };
     config.warmup = config.warmup.min(args.steps / 10);
     config.samples.piles = args.piles;
     config.samples.held_out_piles = args.held_out;

@@ -26,10 +26,15 @@ pub fn verify(args: &VerifyArgs, terminal: &Terminal) -> Result<(), Exit> {
     for difference in &differences {
         terminal.say(difference.to_string());
     }
-    terminal.emit("verified", json!(differences.iter().map(ToString::to_string).collect::<Vec<_>>()));
+    terminal
+        .emit("verified", json!(differences.iter().map(ToString::to_string).collect::<Vec<_>>()));
     if differences.is_empty() {
         terminal.say("every file is as it was written");
         return Ok(());
     }
-    Err(Exit::failed(anyhow!("{}: {} files differ from the manifest", args.run.display(), differences.len())))
+    Err(Exit::failed(anyhow!(
+        "{}: {} files differ from the manifest",
+        args.run.display(),
+        differences.len()
+    )))
 }

@@ -9,7 +9,8 @@ fn root() -> PathBuf {
 
 /// crate → crates it may use, from the table.
 fn allowed() -> BTreeMap<String, Vec<String>> {
-    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("the page ships with the repository");
+    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md"))
+        .expect("the page ships with the repository");
     page.lines()
         .filter_map(|line| {
             let cells: Vec<&str> = line.split('|').map(str::trim).collect();
@@ -22,9 +23,11 @@ fn allowed() -> BTreeMap<String, Vec<String>> {
 
 /// Our crates named under `[dependencies]` of a manifest.
 fn used(manifest: &Path, ours: &[String]) -> Vec<String> {
-    let text = std::fs::read_to_string(manifest).unwrap_or_else(|e| panic!("{}: {e}", manifest.display()));
+    let text =
+        std::fs::read_to_string(manifest).unwrap_or_else(|e| panic!("{}: {e}", manifest.display()));
     let table: toml::Table = text.parse().expect("cargo has read it already");
-    let dependencies = table.get("dependencies").and_then(|d| d.as_table()).cloned().unwrap_or_default();
+    let dependencies =
+        table.get("dependencies").and_then(|d| d.as_table()).cloned().unwrap_or_default();
     dependencies.keys().filter(|k| ours.contains(k)).cloned().collect()
 }
 
@@ -40,11 +43,16 @@ fn every_crate_uses_only_what_the_table_allows() {
             continue;
         }
         folders += 1;
-        let folder_name = folder.file_name().expect("a crate folder has a name").to_string_lossy().into_owned();
+        let folder_name =
+            folder.file_name().expect("a crate folder has a name").to_string_lossy().into_owned();
         let name = if folder_name == "cli" { "tsumu".to_string() } else { folder_name };
-        let may = allowed.get(&name).unwrap_or_else(|| panic!("ARCHITECTURE.md has no row for `{name}`"));
+        let may =
+            allowed.get(&name).unwrap_or_else(|| panic!("ARCHITECTURE.md has no row for `{name}`"));
         for other in used(&manifest, &ours) {
-            assert!(may.contains(&other), "`{name}` uses `{other}`, which its row in ARCHITECTURE.md does not allow");
+            assert!(
+                may.contains(&other),
+                "`{name}` uses `{other}`, which its row in ARCHITECTURE.md does not allow"
+            );
         }
     }
     assert_eq!(folders, allowed.len(), "ARCHITECTURE.md has rows for crates that do not exist");
@@ -52,13 +60,19 @@ fn every_crate_uses_only_what_the_table_allows() {
 
 #[test]
 fn arrows_point_up_the_list_only() {
-    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("the page ships with the repository");
-    let order: Vec<&str> =
-        page.lines().filter_map(|line| line.split('|').nth(2)?.trim().strip_prefix('`')?.strip_suffix('`')).collect();
+    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md"))
+        .expect("the page ships with the repository");
+    let order: Vec<&str> = page
+        .lines()
+        .filter_map(|line| line.split('|').nth(2)?.trim().strip_prefix('`')?.strip_suffix('`'))
+        .collect();
     let place = |name: &str| order.iter().position(|&n| n == name);
     for (name, uses) in allowed() {
         for other in uses {
-            assert!(place(&other) < place(&name), "`{name}` may use `{other}`, which comes after it");
+            assert!(
+                place(&other) < place(&name),
+                "`{name}` may use `{other}`, which comes after it"
+            );
         }
     }
 }

@@ -89,15 +89,18 @@ fn wrong_unit() {
 
 #[test]
 fn open_mesh() {
-    let folder = site_of_catalog("[[block]]\nname = \"sheet\"\nmesh = \"sheet.obj\"\nunit = \"m\"\n");
-    std::fs::write(folder.path().join("sheet.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let folder =
+        site_of_catalog("[[block]]\nname = \"sheet\"\nmesh = \"sheet.obj\"\nunit = \"m\"\n");
+    std::fs::write(folder.path().join("sheet.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        .unwrap();
     refused(folder.path(), &["sheet", "watertight"]);
 }
 
 #[test]
 fn a_mesh_needs_its_unit() {
     let folder = site_of_catalog("[[block]]\nname = \"sheet\"\nmesh = \"sheet.obj\"\n");
-    std::fs::write(folder.path().join("sheet.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    std::fs::write(folder.path().join("sheet.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        .unwrap();
     refused(folder.path(), &["sheet", "unit"]);
 }
 
@@ -106,7 +109,8 @@ fn weights_of_something_else() {
     let folder = copy();
     let weights = folder.path().join("weights.safetensors");
     std::fs::write(&weights, "these are no weights").unwrap();
-    let ran = tsumu(&["run", &folder.path().to_string_lossy(), "--model", &weights.to_string_lossy()]);
+    let ran =
+        tsumu(&["run", &folder.path().to_string_lossy(), "--model", &weights.to_string_lossy()]);
     assert_eq!(ran.code, 2, "{}", ran.err);
     assert!(ran.err.contains("weights.safetensors"), "{}", ran.err);
 }
@@ -142,8 +146,9 @@ fn usage() {
 #[test]
 fn an_area_takes_its_part_of_the_survey() {
     let area = |west: f64, east: f64| {
-        let lines =
-            format!("[area]\nwest = {west:?}\neast = {east:?}\nsouth = -98770.0\nnorth = -98750.0\n\n[[survey]]");
+        let lines = format!(
+            "[area]\nwest = {west:?}\neast = {east:?}\nsouth = -98770.0\nnorth = -98750.0\n\n[[survey]]"
+        );
         site_with(&SITE.replace("[[survey]]", &lines))
     };
     refused(area(0.0, 1.0).path(), &["survey.laz", "none of its points", "east 0 to 1"]);
@@ -153,11 +158,23 @@ fn an_area_takes_its_part_of_the_survey() {
     let labelled = out.path().join("part.ply").to_string_lossy().into_owned();
     let rectangle = "41247,-98770,41250,-98750";
     let catalog = at("catalog.toml");
-    let args = ["segment", &at("survey.laz"), "--catalog", &catalog, "--out", &labelled, "--area", rectangle, "--json"];
+    let args = [
+        "segment",
+        &at("survey.laz"),
+        "--catalog",
+        &catalog,
+        "--out",
+        &labelled,
+        "--area",
+        rectangle,
+        "--json",
+    ];
     let said = crate::site::ok(&args).out;
     let points = |said: &str| {
         let line = said.lines().find(|l| l.contains("\"segmented\"")).unwrap().to_string();
-        serde_json::from_str::<serde_json::Value>(&line).unwrap()["value"]["points"].as_u64().unwrap()
+        serde_json::from_str::<serde_json::Value>(&line).unwrap()["value"]["points"]
+            .as_u64()
+            .unwrap()
     };
     let whole = crate::site::ok(&[&args[..6], &["--json"]].concat()).out;
     assert!(points(&said) > 100 && points(&said) < points(&whole) * 3 / 4);

@@ -42,7 +42,10 @@ fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             if path.is_dir() {
                 waiting.push(path);
             } else {
-                found.insert(path.strip_prefix(root).unwrap().to_path_buf(), fs::read(&path).unwrap());
+                found.insert(
+                    path.strip_prefix(root).unwrap().to_path_buf(),
+                    fs::read(&path).unwrap(),
+                );
             }
         }
     }
@@ -124,7 +127,11 @@ fn bad_recipes_are_refused_with_one_line() {
         ("density_per_m2 = 40", "density_per_m2 = 1e8", ["density_per_m2", "lower the density"]),
         ("density_per_m2 = 40", "density_per_m2 = 0", ["density_per_m2", "above 0"]),
         ("density_per_m2 = 40", "density_per_m2 = nan", ["density_per_m2", "above 0"]),
-        ("kind = \"uav\"", "kind = \"mbes\"\npasses = 1\nbeams = 16", ["cannot be reached", "more passes or beams"]),
+        (
+            "kind = \"uav\"",
+            "kind = \"mbes\"\npasses = 1\nbeams = 16",
+            ["cannot be reached", "more passes or beams"],
+        ),
         ("count = [4, 6]", "count = [0, 0]", ["count", "1 to 20000"]),
         ("count = [4, 6]", "count = [6, 4]", ["count", "larger"]),
         ("side_blocks = 2.5", "side_blocks = 0.8", ["one block needs", "make the site larger"]),
@@ -133,15 +140,27 @@ fn bad_recipes_are_refused_with_one_line() {
         ("name = \"tiny\"", "name = \"tiny\"\ncolour = 3", ["colour", "line 3"]),
         ("kind = \"uav\"", "kind = \"sonar\"", ["sonar", "line"]),
         ("kind = \"uav\"", "kind = \"uav\"\nnoise = 3", ["noise", "line"]),
-        ("kind = \"uav\"", "kind = \"uav\"\nleast_views = 50", ["least_views", "number of cameras"]),
-        ("name = \"tiny\"", "name = \"tiny\"\nvisibility = \"katz\"\nsensor = { kind = \"mbes\" }", ["katz", "mbes"]),
+        (
+            "kind = \"uav\"",
+            "kind = \"uav\"\nleast_views = 50",
+            ["least_views", "number of cameras"],
+        ),
+        (
+            "name = \"tiny\"",
+            "name = \"tiny\"\nvisibility = \"katz\"\nsensor = { kind = \"mbes\" }",
+            ["katz", "mbes"],
+        ),
         (
             "name = \"tiny\"",
             "name = \"tiny\"\nmost_attempts = 1\nphysics = { max_time_s = 0.1 }",
             ["no pile", "still moved"],
         ),
         ("name = \"tiny\"", "name = \"tiny\"\nphysics = { step_s = 0.5 }", ["step_s", "0.0333"]),
-        ("name = \"tiny\"", "name = \"tiny\"\nmix = [{ model = \"dolos\", share = 1.0 }]", ["dolos", "it has cube"]),
+        (
+            "name = \"tiny\"",
+            "name = \"tiny\"\nmix = [{ model = \"dolos\", share = 1.0 }]",
+            ["dolos", "it has cube"],
+        ),
     ] {
         let mut text = RECIPE.replacen(was, is, 1);
         if is.contains("sensor = ") {
@@ -151,8 +170,13 @@ fn bad_recipes_are_refused_with_one_line() {
         let recipe = folder.join("bad.toml");
         fs::write(&recipe, text).unwrap();
         let out = folder.join("refused");
-        let output =
-            Command::new(env!("CARGO_BIN_EXE_tsumu")).arg("synth").arg(recipe).arg("--out").arg(&out).output().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_tsumu"))
+            .arg("synth")
+            .arg(recipe)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{is}: {said}");
         assert_eq!(said.lines().filter(|l| l.starts_with("tsumu: ")).count(), 1, "{is}: {said}");

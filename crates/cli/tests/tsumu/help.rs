@@ -2,15 +2,28 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 11] =
-    ["run", "synth", "train", "segment", "recognise", "plan", "report", "evaluate", "verify", "completions", "man"];
+const COMMANDS: [&str; 11] = [
+    "run",
+    "synth",
+    "train",
+    "segment",
+    "recognise",
+    "plan",
+    "report",
+    "evaluate",
+    "verify",
+    "completions",
+    "man",
+];
 
 #[test]
 fn every_command_explains_itself() {
     let help = ok(&["--help"]).out;
     let mut last = 0;
     for command in COMMANDS {
-        let at = help.find(&format!("\n  {command}")).unwrap_or_else(|| panic!("{command} is not listed"));
+        let at = help
+            .find(&format!("\n  {command}"))
+            .unwrap_or_else(|| panic!("{command} is not listed"));
         assert!(at > last, "{command} is out of order");
         last = at;
         let own = ok(&[command, "--help"]).out;

@@ -20,9 +20,15 @@ fn start(site: &Path, out: &Path) -> Child {
 
 /// Everything but wall times; private files of a run in hand must be gone.
 fn results(run: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let all: Vec<_> = files(run).into_iter().filter(|(name, _)| name != Path::new("timing.json")).collect();
-    let private: Vec<_> = all.iter().filter(|(name, _)| name.to_string_lossy().contains(".tsumu-")).collect();
-    assert!(private.is_empty(), "left behind: {:?}", private.iter().map(|f| &f.0).collect::<Vec<_>>());
+    let all: Vec<_> =
+        files(run).into_iter().filter(|(name, _)| name != Path::new("timing.json")).collect();
+    let private: Vec<_> =
+        all.iter().filter(|(name, _)| name.to_string_lossy().contains(".tsumu-")).collect();
+    assert!(
+        private.is_empty(),
+        "left behind: {:?}",
+        private.iter().map(|f| &f.0).collect::<Vec<_>>()
+    );
     all
 }
 
@@ -59,13 +65,18 @@ fn killed_when_there(site: &Path, run: &Path, file: &str) {
 fn a_killed_run_goes_on_and_ends_the_same() {
     let (site, runs) = (copy(), tempfile::tempdir().unwrap());
     let whole = runs.path().join("whole");
-    let said = ok(&["run", &text(site.path()), "--out", &text(&whole), "--plans", "1", "--json"]).out.lines().count();
+    let said = ok(&["run", &text(site.path()), "--out", &text(&whole), "--plans", "1", "--json"])
+        .out
+        .lines()
+        .count();
     let reference = results(&whole);
     ok(&["verify", &text(&whole), "--site", &text(site.path())]);
 
     // Killed again and again in one folder: at random lines of what it says, and when a file appears.
     let run = runs.path().join("killed");
-    let draw = |i: u64, below: usize| (geom::SeedTree::new(11).child("kill", i).value() % below as u64) as usize;
+    let draw = |i: u64, below: usize| {
+        (geom::SeedTree::new(11).child("kill", i).value() % below as u64) as usize
+    };
     let mut kills = 0;
     for i in 0..3 {
         kills += usize::from(killed_after_lines(site.path(), &run, 1 + draw(i, said)).is_some());
@@ -84,7 +95,11 @@ fn a_killed_run_goes_on_and_ends_the_same() {
     killed_when_there(site.path(), &run, "recognise/blocks.csv");
     let ran = ok(&["run", &text(site.path()), "--out", &text(&run), "--plans", "1", "--json"]);
     for part in ["segment", "recognise"] {
-        assert!(ran.out.contains(&format!(r#"{{"event":"kept","value":{{"part":"{part}"}}}}"#)), "{}", ran.out);
+        assert!(
+            ran.out.contains(&format!(r#"{{"event":"kept","value":{{"part":"{part}"}}}}"#)),
+            "{}",
+            ran.out
+        );
     }
     assert!(!ran.out.contains(r#"{"event":"started","stage":"segment""#), "{}", ran.out);
     assert_same(&run, &reference);

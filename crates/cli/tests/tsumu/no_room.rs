@@ -41,7 +41,11 @@ fn a_disk_that_fills_up_leaves_no_half_file() {
     for kilobytes in [4, 60, 200, 1000] {
         let run = runs.path().join(kilobytes.to_string());
         let ran = Command::new("bash")
-            .args(["-c", "trap '' XFSZ; ulimit -f \"$1\"; exec \"$2\" run \"$3\" --out \"$4\" --plans 0", "-"])
+            .args([
+                "-c",
+                "trap '' XFSZ; ulimit -f \"$1\"; exec \"$2\" run \"$3\" --out \"$4\" --plans 0",
+                "-",
+            ])
             .arg(kilobytes.to_string())
             .arg(env!("CARGO_BIN_EXE_tsumu"))
             .args([site.path(), &run])
@@ -52,13 +56,18 @@ fn a_disk_that_fills_up_leaves_no_half_file() {
             continue;
         }
         assert_eq!(ran.status.code(), Some(1), "{said}");
-        let line = said.lines().find(|l| l.starts_with("tsumu: ")).unwrap_or_else(|| panic!("{said}"));
+        let line =
+            said.lines().find(|l| l.starts_with("tsumu: ")).unwrap_or_else(|| panic!("{said}"));
         assert!(line.contains("cannot write") && line.contains(&text(&run)), "{line}");
         stopped_in.insert(line.to_string());
         // A run that kept nothing leaves no folder.
         let left = if run.exists() { files(&run) } else { Vec::new() };
         for (name, content) in left {
-            assert!(!name.to_string_lossy().ends_with(".part"), "{} was left behind", name.display());
+            assert!(
+                !name.to_string_lossy().ends_with(".part"),
+                "{} was left behind",
+                name.display()
+            );
             if let Some((_, whole)) = reference.iter().find(|r| r.0 == name) {
                 assert!(content == *whole, "{} is neither whole nor absent", name.display());
             }

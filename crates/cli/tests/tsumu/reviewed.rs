@@ -17,7 +17,9 @@ fn blocks(run: &Path) -> Vec<std::collections::BTreeMap<String, String>> {
     let table = std::fs::read_to_string(run.join("recognise/blocks.csv")).unwrap();
     let mut lines = table.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
-    lines.map(|l| head.iter().map(|h| h.to_string()).zip(l.split(',').map(String::from)).collect()).collect()
+    lines
+        .map(|l| head.iter().map(|h| h.to_string()).zip(l.split(',').map(String::from)).collect())
+        .collect()
 }
 
 #[test]
@@ -51,7 +53,8 @@ fn a_review_stands_and_is_recorded() {
     let after = blocks(&run);
     assert_eq!(after.len(), before.len() - 1);
     assert!(after.iter().all(|b| b["x_m"] != before[0]["x_m"]), "the rejected block is gone");
-    let lifted = after.iter().find(|b| b["x_m"] == before[2]["x_m"]).expect("the corrected block is there");
+    let lifted =
+        after.iter().find(|b| b["x_m"] == before[2]["x_m"]).expect("the corrected block is there");
     let z = |b: &std::collections::BTreeMap<String, String>| b["z_m"].parse::<f64>().unwrap();
     assert!((z(lifted) - z(&before[2]) - 0.1).abs() < 1e-3);
     assert_eq!(lifted["confidence"], "1");
@@ -60,7 +63,9 @@ fn a_review_stands_and_is_recorded() {
     assert_eq!(noted["reviewer"], "Sato");
     let changed = |i: usize| noted["decisions"][i]["changed"].to_string();
     assert!(
-        changed(0).contains("removed") && changed(1) == "[]" && changed(2).contains("moved by 0.100 m"),
+        changed(0).contains("removed")
+            && changed(1) == "[]"
+            && changed(2).contains("moved by 0.100 m"),
         "{noted:#}"
     );
     assert!(manifest["inputs"]["review.json"]["blake3"].is_string());
@@ -75,7 +80,17 @@ fn a_review_stands_and_is_recorded() {
     let loose = site.path().join("loose");
     let survey = text(&site.path().join("survey.laz"));
     let catalog = text(&site.path().join("catalog.toml"));
-    let recognise = ["recognise", &survey, "--catalog", &catalog, "--out", &text(&loose), "--seed", "5", "--review"];
+    let recognise = [
+        "recognise",
+        &survey,
+        "--catalog",
+        &catalog,
+        "--out",
+        &text(&loose),
+        "--seed",
+        "5",
+        "--review",
+    ];
     let ran = ok(&[&recognise[..], &[&text(&file)]].concat());
     assert!(ran.out.contains("3 decisions by Suzuki"), "{}", ran.out);
     assert_eq!(json_file(&loose.join("manifest.json"))["notes"]["review"]["reviewer"], "Suzuki");

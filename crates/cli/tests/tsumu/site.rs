@@ -61,7 +61,11 @@ impl From<Output> for Ran {
 
 /// Runs the program.
 pub fn tsumu<A: AsRef<std::ffi::OsStr>>(args: &[A]) -> Ran {
-    Command::new(env!("CARGO_BIN_EXE_tsumu")).args(args).output().expect("the program starts").into()
+    Command::new(env!("CARGO_BIN_EXE_tsumu"))
+        .args(args)
+        .output()
+        .expect("the program starts")
+        .into()
 }
 
 /// Runs it and expects success.
@@ -119,7 +123,10 @@ pub fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
             let path = entry.unwrap().path();
             match path.is_dir() {
                 true => open.push(path),
-                false => found.push((path.strip_prefix(folder).unwrap().to_path_buf(), std::fs::read(&path).unwrap())),
+                false => found.push((
+                    path.strip_prefix(folder).unwrap().to_path_buf(),
+                    std::fs::read(&path).unwrap(),
+                )),
             }
         }
     }

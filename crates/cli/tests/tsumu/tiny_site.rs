@@ -24,7 +24,13 @@ fn a_site_runs_to_a_plan_and_twice_to_the_same_bytes() {
         assert!(x == y, "{} differs between two runs", name.display());
     }
     assert_eq!(a.len(), b.len());
-    for wanted in ["recognise/blocks.csv", "plan/placements.csv", "report.html", "manifest.json", "segment/cloud.laz"] {
+    for wanted in [
+        "recognise/blocks.csv",
+        "plan/placements.csv",
+        "report.html",
+        "manifest.json",
+        "segment/cloud.laz",
+    ] {
         assert!(a.iter().any(|(name, _)| name == Path::new(wanted)), "{wanted} is missing");
     }
 
@@ -42,20 +48,33 @@ fn a_site_runs_to_a_plan_and_twice_to_the_same_bytes() {
         "--out",
         &text(&metrics),
     ]);
-    let figures: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&metrics).unwrap()).unwrap();
+    let figures: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&metrics).unwrap()).unwrap();
     assert!(figures["pose_recall"].as_f64().unwrap() >= 0.7, "{figures:#}");
     assert!(figures["pose_precision"].as_f64().unwrap() >= 0.7, "{figures:#}");
     assert!(figures["mean_displacement_m"].as_f64().unwrap() < 0.05, "{figures:#}");
 
     // The stages alone: planning again from the run's files, the report again, and the hashes.
     let again = runs.path().join("again");
-    ok(&["plan", &text(&one), "--site", &text(site.path()), "--policy", "random", "--out", &text(&again)]);
+    ok(&[
+        "plan",
+        &text(&one),
+        "--site",
+        &text(site.path()),
+        "--policy",
+        "random",
+        "--out",
+        &text(&again),
+    ]);
     assert!(again.join("plan/placements.csv").is_file());
     let page = runs.path().join("page.html");
     ok(&["report", &text(&one), "--site", &text(site.path()), "--out", &text(&page)]);
     let html = std::fs::read_to_string(&page).unwrap();
     assert!(html.contains("Tiny &lt;site&gt; &amp; test"), "the title is not escaped");
-    assert!(!html.contains("http://") && !html.contains("https://"), "the report refers to the network");
+    assert!(
+        !html.contains("http://") && !html.contains("https://"),
+        "the report refers to the network"
+    );
     ok(&["verify", &text(&one), "--site", &text(site.path())]);
     std::fs::write(one.join("recognise/blocks.csv"), "changed").unwrap();
     let verify = tsumu(&["verify", &text(&one)]);
@@ -73,8 +92,14 @@ fn every_point_comes_back_labelled() {
     let bytes = std::fs::read(&out).unwrap();
     let header = String::from_utf8_lossy(&bytes[..600.min(bytes.len())]).into_owned();
     assert!(header.contains("instance"), "{header}");
-    let truth =
-        tsumu(&["segment", &survey, "--catalog", &catalog, "--out", &text(&folder.path().join("labelled.txt"))]);
+    let truth = tsumu(&[
+        "segment",
+        &survey,
+        "--catalog",
+        &catalog,
+        "--out",
+        &text(&folder.path().join("labelled.txt")),
+    ]);
     assert_eq!(truth.code, 2, "{}", truth.err);
 }
 
@@ -90,7 +115,10 @@ fn events_are_json_lines() {
         &text(folder.path()),
         "--json",
     ]);
-    let events: Vec<serde_json::Value> =
-        ran.out.lines().map(|l| serde_json::from_str(l).unwrap_or_else(|e| panic!("{e}: {l}"))).collect();
+    let events: Vec<serde_json::Value> = ran
+        .out
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap_or_else(|e| panic!("{e}: {l}")))
+        .collect();
     assert!(events.iter().any(|e| e["event"] == "recognised"), "{}", ran.out);
 }

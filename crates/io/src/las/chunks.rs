@@ -8,7 +8,9 @@ use crate::input::Input;
 use crate::{IoError, Place};
 use laz::LazVlr;
 use laz::laszip::{ChunkTable, CompressorType};
-use laz::record::{LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor};
+use laz::record::{
+    LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor,
+};
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -27,15 +29,30 @@ const POINTS_PER_BYTE: u64 = 2;
 const FREE_POINTS: u64 = 250_000;
 
 /// Every chunk of the file in order; their points add up to the header's.
-pub(super) fn table(input: &mut Input, header: &Header, vlr: &LazVlr) -> Result<Vec<Chunk>, IoError> {
+pub(super) fn table(
+    input: &mut Input,
+    header: &Header,
+    vlr: &LazVlr,
+) -> Result<Vec<Chunk>, IoError> {
     let total = header.summary.points;
-    let at_most = (input.len - header.data_at).saturating_mul(POINTS_PER_BYTE).saturating_add(FREE_POINTS);
+    let at_most =
+        (input.len - header.data_at).saturating_mul(POINTS_PER_BYTE).saturating_add(FREE_POINTS);
     if total > at_most {
         let (path, file_bytes) = (input.path.into(), input.len);
-        return Err(IoError::TooMany { path, what: "points", promised: total, at_most, file_bytes });
+        return Err(IoError::TooMany {
+            path,
+            what: "points",
+            promised: total,
+            at_most,
+            file_bytes,
+        });
     }
     if is_one_chunk(vlr) {
-        return Ok(vec![Chunk { at: header.data_at, bytes: input.len - header.data_at, points: total }]);
+        return Ok(vec![Chunk {
+            at: header.data_at,
+            bytes: input.len - header.data_at,
+            points: total,
+        }]);
     }
     let damaged = |input: &Input, what: String| {
         input.malformed(
@@ -62,7 +79,13 @@ pub(super) fn table(input: &mut Input, header: &Header, vlr: &LazVlr) -> Result<
     let at_most = (table_at - first) / u64::from(header.summary.record_bytes);
     if count > at_most {
         let (path, file_bytes) = (input.path.into(), input.len);
-        return Err(IoError::TooMany { path, what: "chunks", promised: count, at_most, file_bytes });
+        return Err(IoError::TooMany {
+            path,
+            what: "chunks",
+            promised: count,
+            at_most,
+            file_bytes,
+        });
     }
     input.go_to(table_at, "the chunk table")?;
     let variable = vlr.uses_variable_size_chunks();
@@ -132,7 +155,9 @@ impl<'a> Points<'a> {
         let mut records = vec![0; count as usize * self.record_bytes];
         // The decoder indexes tables by decoded symbols; damaged data must end here, not end the program.
         let decoded = catch_unwind(AssertUnwindSafe(|| {
-            records.chunks_exact_mut(self.record_bytes).try_for_each(|r| self.decoder.decompress_next(r))
+            records
+                .chunks_exact_mut(self.record_bytes)
+                .try_for_each(|r| self.decoder.decompress_next(r))
         }));
         match decoded {
             Ok(Ok(())) => Ok(records),

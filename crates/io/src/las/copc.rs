@@ -26,7 +26,8 @@ pub fn stream_box(
 ) -> Result<RawCloud, IoError> {
     input.go_to(0, "the header")?;
     let header = header::read(input)?;
-    let (Some(info), Some(_)) = (header.copc_info.as_ref().filter(|i| i.len() >= 160), &header.laz) else {
+    let (Some(info), Some(_)) = (header.copc_info.as_ref().filter(|i| i.len() >= 160), &header.laz)
+    else {
         return Err(IoError::unsupported(input.path, "the file has no COPC octree"));
     };
     let octree = Octree {
@@ -67,7 +68,8 @@ impl Octree {
     ) -> Result<Vec<Chunk>, IoError> {
         let record = u64::from(header.summary.record_bytes);
         let (mut open, mut seen, mut chunks) = (vec![root], BTreeSet::new(), Vec::new());
-        let mut left = header.summary.points.min(input.len.saturating_mul(2).saturating_add(250_000));
+        let mut left =
+            header.summary.points.min(input.len.saturating_mul(2).saturating_add(250_000));
         while let Some([at, bytes]) = open.pop() {
             if !seen.insert(at) {
                 return Err(input.malformed(Place::File, "the octree's pages go in a circle"));
@@ -75,7 +77,8 @@ impl Octree {
             input.go_to(at, "a page of the octree")?;
             let page = input.take(bytes, "a page of the octree")?;
             for e in page.chunks_exact(ENTRY as usize) {
-                let int = |at: usize| i32::from_le_bytes(e[at..at + 4].try_into().expect("four bytes"));
+                let int =
+                    |at: usize| i32::from_le_bytes(e[at..at + 4].try_into().expect("four bytes"));
                 let (key, offset) = ([int(0), int(4), int(8), int(12)], u64_at(e, 16));
                 let (Ok(bytes), points) = (u64::try_from(int(24)), int(28)) else {
                     return Err(input.malformed(Place::File, "the octree is damaged"));
@@ -88,7 +91,9 @@ impl Octree {
                 } else if points > 0 {
                     let points = points as u64;
                     if points > left || bytes < record || offset.saturating_add(bytes) > input.len {
-                        return Err(input.malformed(Place::File, "the octree does not fit the file"));
+                        return Err(
+                            input.malformed(Place::File, "the octree does not fit the file")
+                        );
                     }
                     left -= points;
                     chunks.push(Chunk { at: offset, bytes, points });

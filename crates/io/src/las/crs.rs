@@ -8,7 +8,10 @@ const GEOGRAPHIC_KEY: u16 = 2048;
 /// `EPSG:n` from a GeoKeyDirectory (record 34735); projected before geographic.
 pub(super) fn epsg_of_geotiff_keys(data: &[u8]) -> Option<String> {
     let entry = |key: u16| {
-        data.chunks_exact(8).skip(1).find(|e| u16_at(e, 0) == key && u16_at(e, 2) == 0).map(|e| u16_at(e, 6))
+        data.chunks_exact(8)
+            .skip(1)
+            .find(|e| u16_at(e, 0) == key && u16_at(e, 2) == 0)
+            .map(|e| u16_at(e, 6))
     };
     let code = entry(PROJECTED_KEY).or_else(|| entry(GEOGRAPHIC_KEY))?;
     // 32767 means user-defined, 0 undefined.
@@ -24,7 +27,8 @@ pub(super) fn geotiff_keys_of_epsg(code: u16) -> Vec<u8> {
 /// `EPSG:n` of the projected (else the outermost) system of a WKT 1 or 2 text.
 pub fn epsg_of_wkt(wkt: &str) -> Option<String> {
     let upper = wkt.to_ascii_uppercase();
-    let start = ["PROJCRS[", "PROJCS[", "PROJECTEDCRS["].iter().find_map(|k| upper.find(k)).unwrap_or(0);
+    let start =
+        ["PROJCRS[", "PROJCS[", "PROJECTEDCRS["].iter().find_map(|k| upper.find(k)).unwrap_or(0);
     let body = &wkt.as_bytes()[start..];
     let (mut depth, mut quoted) = (0_i32, false);
     for (i, &c) in body.iter().enumerate() {
@@ -40,11 +44,15 @@ pub fn epsg_of_wkt(wkt: &str) -> Option<String> {
             }
             // The authority of the system itself is a direct child.
             b'A' | b'I' | b'a' | b'i' if depth == 1 => {
-                let rest = String::from_utf8_lossy(&body[i..body.len().min(i + 64)]).to_ascii_uppercase();
+                let rest =
+                    String::from_utf8_lossy(&body[i..body.len().min(i + 64)]).to_ascii_uppercase();
                 for start in ["AUTHORITY[\"EPSG\",", "ID[\"EPSG\","] {
                     if let Some(code) = rest.strip_prefix(start) {
-                        let digits: String =
-                            code.trim_start_matches(['"', ' ']).chars().take_while(char::is_ascii_digit).collect();
+                        let digits: String = code
+                            .trim_start_matches(['"', ' '])
+                            .chars()
+                            .take_while(char::is_ascii_digit)
+                            .collect();
                         return (!digits.is_empty()).then(|| format!("EPSG:{digits}"));
                     }
                 }
@@ -62,24 +70,64 @@ pub fn wkt_of_epsg(code: u32) -> Option<String> {
         6669..=6687 => {
             let zone = (code - 6669) as usize;
             let (lat, lon) = ZONES[zone];
-            (format!("JGD2011 / Japan Plane Rectangular CS {}", ROMAN[zone]), JGD2011, lat, lon, 0.9999, 0.0, 0.0)
+            (
+                format!("JGD2011 / Japan Plane Rectangular CS {}", ROMAN[zone]),
+                JGD2011,
+                lat,
+                lon,
+                0.9999,
+                0.0,
+                0.0,
+            )
         }
         2443..=2461 => {
             let zone = (code - 2443) as usize;
             let (lat, lon) = ZONES[zone];
-            (format!("JGD2000 / Japan Plane Rectangular CS {}", ROMAN[zone]), JGD2000, lat, lon, 0.9999, 0.0, 0.0)
+            (
+                format!("JGD2000 / Japan Plane Rectangular CS {}", ROMAN[zone]),
+                JGD2000,
+                lat,
+                lon,
+                0.9999,
+                0.0,
+                0.0,
+            )
         }
         6688..=6692 => {
             let zone = code - 6688 + 51;
-            (format!("JGD2011 / UTM zone {zone}N"), JGD2011, 0.0, meridian(zone), 0.9996, 500_000.0, 0.0)
+            (
+                format!("JGD2011 / UTM zone {zone}N"),
+                JGD2011,
+                0.0,
+                meridian(zone),
+                0.9996,
+                500_000.0,
+                0.0,
+            )
         }
         32601..=32660 => {
             let zone = code - 32600;
-            (format!("WGS 84 / UTM zone {zone}N"), WGS84, 0.0, meridian(zone), 0.9996, 500_000.0, 0.0)
+            (
+                format!("WGS 84 / UTM zone {zone}N"),
+                WGS84,
+                0.0,
+                meridian(zone),
+                0.9996,
+                500_000.0,
+                0.0,
+            )
         }
         32701..=32760 => {
             let zone = code - 32700;
-            (format!("WGS 84 / UTM zone {zone}S"), WGS84, 0.0, meridian(zone), 0.9996, 500_000.0, 10_000_000.0)
+            (
+                format!("WGS 84 / UTM zone {zone}S"),
+                WGS84,
+                0.0,
+                meridian(zone),
+                0.9996,
+                500_000.0,
+                10_000_000.0,
+            )
         }
         _ => return None,
     };
@@ -101,8 +149,8 @@ const JGD2000: &str = r#"GEOGCS["JGD2000",DATUM["Japanese_Geodetic_Datum_2000",S
 const WGS84: &str = r#"GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563,AUTHORITY["EPSG","7030"]],AUTHORITY["EPSG","6326"]],PRIMEM["Greenwich",0,AUTHORITY["EPSG","8901"]],UNIT["degree",0.0174532925199433,AUTHORITY["EPSG","9122"]],AUTHORITY["EPSG","4326"]]"#;
 
 const ROMAN: [&str; 19] = [
-    "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X", "XI", "XII", "XIII", "XIV", "XV", "XVI", "XVII",
-    "XVIII", "XIX",
+    "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X", "XI", "XII", "XIII", "XIV", "XV",
+    "XVI", "XVII", "XVIII", "XIX",
 ];
 
 /// Origins of the nineteen zones: latitude, longitude, degrees (Geospatial Information Authority of Japan).

@@ -65,7 +65,8 @@ impl Dimensions {
         for d in descriptors.unwrap_or_default().chunks_exact(DESCRIPTOR) {
             let (code, options) = (d[2], d[3]);
             let size = Dimension::size(code, options);
-            let name = String::from_utf8_lossy(&d[4..36]).trim_end_matches('\0').trim().to_lowercase();
+            let name =
+                String::from_utf8_lossy(&d[4..36]).trim_end_matches('\0').trim().to_lowercase();
             let scale = if options & 8 != 0 { f64_at(d, 112) } else { 1.0 };
             let offset = if options & 16 != 0 { f64_at(d, 136) } else { 0.0 };
             let fits = (1..=10).contains(&code) && at + size <= record_bytes;

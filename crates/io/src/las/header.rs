@@ -61,7 +61,10 @@ pub(super) fn read(input: &mut Input) -> Result<Header, IoError> {
     let mut fixed = [0; 227];
     input.fill(&mut fixed, "the header")?;
     if &fixed[..4] != b"LASF" {
-        return Err(input.malformed(Place::File, "this is not a LAS or LAZ file: it does not start with `LASF`"));
+        return Err(input.malformed(
+            Place::File,
+            "this is not a LAS or LAZ file: it does not start with `LASF`",
+        ));
     }
     let (major, minor) = (fixed[24], fixed[25]);
     if major != 1 || minor > 4 {
@@ -90,11 +93,16 @@ pub(super) fn read(input: &mut Input) -> Result<Header, IoError> {
         );
         return Err(input.malformed(Place::File, what));
     }
-    let least = *RECORD_BYTES
-        .get(usize::from(format))
-        .ok_or_else(|| IoError::unsupported(input.path, format!("point format {format} is not known (0 to 10 are)")))?;
+    let least = *RECORD_BYTES.get(usize::from(format)).ok_or_else(|| {
+        IoError::unsupported(
+            input.path,
+            format!("point format {format} is not known (0 to 10 are)"),
+        )
+    })?;
     if record_bytes < least {
-        let what = format!("records of {record_bytes} bytes are too short for point format {format} ({least} bytes)");
+        let what = format!(
+            "records of {record_bytes} bytes are too short for point format {format} ({least} bytes)"
+        );
         return Err(input.malformed(Place::File, what));
     }
     let mut points = u64::from(u32_at(&fixed, 107));
@@ -107,7 +115,9 @@ pub(super) fn read(input: &mut Input) -> Result<Header, IoError> {
             n => points = n,
         }
     }
-    let vector = |at: usize, step: usize| DVec3::from_array([0, 1, 2].map(|i| f64_at(&fixed, at + i * step)));
+    let vector = |at: usize, step: usize| {
+        DVec3::from_array([0, 1, 2].map(|i| f64_at(&fixed, at + i * step)))
+    };
     let (scale, offset) = (vector(131, 8), vector(155, 8));
     let (max, min) = (vector(179, 16), vector(187, 16));
     if !(scale.is_finite() && offset.is_finite() && scale.cmpne(DVec3::ZERO).all()) {
@@ -116,22 +126,40 @@ pub(super) fn read(input: &mut Input) -> Result<Header, IoError> {
     }
     input.go_to(header_bytes, "the first variable-length record")?;
     let records = records(input, vlrs, data_at)?;
-    let find = |user: &str, id: u16| records.iter().find(|r| r.user == user && r.id == id).map(|r| r.data.as_slice());
-    let crs_wkt = find("LASF_Projection", 2112).map(|d| String::from_utf8_lossy(d).trim_end_matches('\0').to_string());
+    let find = |user: &str, id: u16| {
+        records.iter().find(|r| r.user == user && r.id == id).map(|r| r.data.as_slice())
+    };
+    let crs_wkt = find("LASF_Projection", 2112)
+        .map(|d| String::from_utf8_lossy(d).trim_end_matches('\0').to_string());
     let crs_wkt = crs_wkt.filter(|w| !w.trim().is_empty());
     let crs = match &crs_wkt {
         Some(wkt) => crs::epsg_of_wkt(wkt),
         None => find("LASF_Projection", 34735).and_then(crs::epsg_of_geotiff_keys),
     };
-    let extra = extra::Dimensions::of(find("LASF_Spec", 4), usize::from(least), usize::from(record_bytes));
+    let extra =
+        extra::Dimensions::of(find("LASF_Spec", 4), usize::from(least), usize::from(record_bytes));
     let laz = match (compressed, find(LazVlr::USER_ID, LazVlr::RECORD_ID)) {
         (false, _) => None,
         (true, None) => {
-            return Err(input.malformed(Place::File, "the file is compressed, but its LASzip record is missing"));
+            return Err(input.malformed(
+                Place::File,
+                "the file is compressed, but its LASzip record is missing",
+            ));
         }
         (true, Some(data)) => Some(laz_record(input, data, format, record_bytes)?),
     };
-    let summary = LasSummary { points, format, record_bytes, scale, offset, min, max, crs, crs_wkt, compressed };
+    let summary = LasSummary {
+        points,
+        format,
+        record_bytes,
+        scale,
+        offset,
+        min,
+        max,
+        crs,
+        crs_wkt,
+        compressed,
+    };
     let copc_info = find("copc", 1).map(<[u8]>::to_vec);
     Ok(Header { summary, data_at, extra, laz, copc_info })
 }
@@ -162,7 +190,9 @@ fn records(input: &mut Input, count: u32, data_at: u64) -> Result<Vec<Record>, I
         let user = String::from_utf8_lossy(&head[2..18]).trim_end_matches('\0').to_string();
         let data = input.take(u16_at(&head, 20).into(), "a variable-length record")?;
         if input.position()? > data_at {
-            return Err(input.malformed(Place::File, "the variable-length records run into the points"));
+            return Err(
+                input.malformed(Place::File, "the variable-length records run into the points")
+            );
         }
         records.push(Record { user, id: u16_at(&head, 18), data });
     }
@@ -170,9 +200,15 @@ fn records(input: &mut Input, count: u32, data_at: u64) -> Result<Vec<Record>, I
 }
 
 /// The LASzip record must describe exactly the records of this file: the decoder trusts it.
-fn laz_record(input: &Input, data: &[u8], format: u8, record_bytes: u16) -> Result<LazVlr, IoError> {
+fn laz_record(
+    input: &Input,
+    data: &[u8],
+    format: u8,
+    record_bytes: u16,
+) -> Result<LazVlr, IoError> {
     let fail = |what: String| input.malformed(Place::File, what);
-    let vlr = LazVlr::from_buffer(data).map_err(|e| fail(format!("the LASzip record cannot be read: {e}")))?;
+    let vlr = LazVlr::from_buffer(data)
+        .map_err(|e| fail(format!("the LASzip record cannot be read: {e}")))?;
     let extra = record_bytes - RECORD_BYTES[usize::from(format)];
     let expected = laz::LazItemRecordBuilder::default_for_point_format_id(format, extra)
         .map_err(|e| fail(format!("point format {format} cannot be decompressed: {e}")))?;
@@ -187,12 +223,17 @@ fn laz_record(input: &Input, data: &[u8], format: u8, record_bytes: u16) -> Resu
         LazItemType::WavePacket13 => version == 1,
         _ => matches!(version, 1 | 2),
     };
-    let same =
-        vlr.items().len() == expected.len()
-            && vlr.items().iter().zip(&expected).all(|(a, b)| {
-                a.item_type() == b.item_type() && a.size() == b.size() && known(a.version(), a.item_type())
-            });
-    if same { Ok(vlr) } else { Err(fail("the LASzip record describes other points than the header".into())) }
+    let same = vlr.items().len() == expected.len()
+        && vlr.items().iter().zip(&expected).all(|(a, b)| {
+            a.item_type() == b.item_type()
+                && a.size() == b.size()
+                && known(a.version(), a.item_type())
+        });
+    if same {
+        Ok(vlr)
+    } else {
+        Err(fail("the LASzip record describes other points than the header".into()))
+    }
 }
 
 /// Layers that a chunk of layered points stores one after another; 0 for the older compression.

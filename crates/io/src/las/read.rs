@@ -20,7 +20,10 @@ pub fn summary(input: &mut Input) -> Result<LasSummary, IoError> {
 }
 
 /// Hands the points on in batches; what comes back has everything but the points.
-pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>) -> Result<RawCloud, IoError> {
+pub fn stream(
+    input: &mut Input,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     let header = header::read(input)?;
     match &header.laz {
         None => stream_plain(input, &header, sink)?,
@@ -42,7 +45,13 @@ fn stream_plain(
     let at_most = (input.len - header.data_at) / record;
     if total > at_most {
         let (path, file_bytes) = (input.path.into(), input.len);
-        return Err(IoError::TooMany { path, what: "points", promised: total, at_most, file_bytes });
+        return Err(IoError::TooMany {
+            path,
+            what: "points",
+            promised: total,
+            at_most,
+            file_bytes,
+        });
     }
     input.go_to(header.data_at, "the points")?;
     let mut done = 0;
@@ -65,16 +74,22 @@ pub(super) fn stream_chunks(
     let vlr = header.laz.as_ref().expect("only compressed files have chunks");
     let record = u64::from(header.summary.record_bytes);
     let together = rayon::current_num_threads().max(1) * 2;
-    let damaged = |input: &Input, done: u64, what: String| input.malformed(Place::Record(done + 1), what);
+    let damaged =
+        |input: &Input, done: u64, what: String| input.malformed(Place::Record(done + 1), what);
     let (mut done, mut next) = (0, 0);
     while next < chunks.len() {
-        let group: Vec<&Chunk> =
-            chunks[next..].iter().take(together).take_while(|c| c.points * record <= BATCH_BYTES).collect();
+        let group: Vec<&Chunk> = chunks[next..]
+            .iter()
+            .take(together)
+            .take_while(|c| c.points * record <= BATCH_BYTES)
+            .collect();
         if group.is_empty() {
             let bytes = chunks::load(input, &chunks[next])?;
-            let mut points = Points::new(&bytes, chunks[next].points, vlr).map_err(|e| damaged(input, done, e))?;
+            let mut points = Points::new(&bytes, chunks[next].points, vlr)
+                .map_err(|e| damaged(input, done, e))?;
             loop {
-                let records = points.next(batch_points(header)).map_err(|e| damaged(input, done, e))?;
+                let records =
+                    points.next(batch_points(header)).map_err(|e| damaged(input, done, e))?;
                 if records.is_empty() {
                     break;
                 }
@@ -97,7 +112,9 @@ pub(super) fn stream_chunks(
             .into_par_iter()
             .map(|(first, points, bytes)| {
                 let fail = |what: String| IoError::malformed(path, Place::Record(first + 1), what);
-                let records = Points::new(&bytes, points, vlr).and_then(|mut p| p.next(points)).map_err(fail)?;
+                let records = Points::new(&bytes, points, vlr)
+                    .and_then(|mut p| p.next(points))
+                    .map_err(fail)?;
                 decode_records(path, header, &records, first)
             })
             .collect();
@@ -118,14 +135,21 @@ fn decode(input: &Input, header: &Header, records: &[u8], first: u64) -> Result<
     decode_records(input.path, header, records, first)
 }
 
-fn decode_records(path: &std::path::Path, header: &Header, records: &[u8], first: u64) -> Result<RawCloud, IoError> {
+fn decode_records(
+    path: &std::path::Path,
+    header: &Header,
+    records: &[u8],
+    first: u64,
+) -> Result<RawCloud, IoError> {
     let LasSummary { scale, offset, record_bytes, .. } = header.summary;
     let size = usize::from(record_bytes);
     let count = records.len() / size;
     let coordinate = |r: &[u8], at: usize| f64::from(header::u32_at(r, at) as i32);
     let mut batch = RawCloud::default();
     batch.position.reserve_exact(count);
-    let of = |r: &[u8]| DVec3::new(coordinate(r, 0), coordinate(r, 4), coordinate(r, 8)) * scale + offset;
+    let of = |r: &[u8]| {
+        DVec3::new(coordinate(r, 0), coordinate(r, 4), coordinate(r, 8)) * scale + offset
+    };
     batch.position.extend(records.chunks_exact(size).map(of));
     if let Some(i) = batch.position.iter().position(|p| !p.is_finite()) {
         let (p, at) = (batch.position[i], Place::Record(first + i as u64 + 1));
@@ -141,8 +165,9 @@ fn decode_records(path: &std::path::Path, header: &Header, records: &[u8], first
     let (mut ids, mut models, mut sure) = (Vec::new(), Vec::new(), Vec::new());
     for (i, record) in records.chunks_exact(size).enumerate() {
         let [id, kind, trust] = header.extra.values(record);
-        let fail =
-            |name: &str, v: f64| IoError::malformed(path, Place::Record(first + i as u64 + 1), not_a_label(name, v));
+        let fail = |name: &str, v: f64| {
+            IoError::malformed(path, Place::Record(first + i as u64 + 1), not_a_label(name, v))
+        };
         if instance {
             ids.push(label(id, u32::MAX).ok_or_else(|| fail("instance", id))?);
         }

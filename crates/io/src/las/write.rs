@@ -39,14 +39,17 @@ pub fn write_cloud(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
     let vlr = LazVlr::from_laz_items(items);
 
     let mut records = Vec::new();
-    let epsg: Option<u32> = cloud.crs.as_ref().and_then(|c| c.strip_prefix("EPSG:")).and_then(|c| c.parse().ok());
+    let epsg: Option<u32> =
+        cloud.crs.as_ref().and_then(|c| c.strip_prefix("EPSG:")).and_then(|c| c.parse().ok());
     let wkt = cloud.crs_wkt.clone().or_else(|| epsg.and_then(crs::wkt_of_epsg));
     match (&wkt, epsg.and_then(|c| u16::try_from(c).ok())) {
         (Some(wkt), _) => {
             let text = [wkt.as_bytes(), b"\0"].concat();
             vlr_record(&mut records, "LASF_Projection", 2112, &text);
         }
-        (None, Some(code)) => vlr_record(&mut records, "LASF_Projection", 34735, &crs::geotiff_keys_of_epsg(code)),
+        (None, Some(code)) => {
+            vlr_record(&mut records, "LASF_Projection", 34735, &crs::geotiff_keys_of_epsg(code))
+        }
         (None, None) => {}
     }
     if !dimensions.is_empty() {
@@ -70,7 +73,9 @@ pub fn write_cloud(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
         if compressed {
             write_chunks(out, cloud, &grid, &vlr, data_at as u64)
         } else {
-            (0..cloud.len()).step_by(CHUNK).try_for_each(|i| out.write_all(&grid.records(cloud, i, BASE + extra_bytes)))
+            (0..cloud.len())
+                .step_by(CHUNK)
+                .try_for_each(|i| out.write_all(&grid.records(cloud, i, BASE + extra_bytes)))
         }
     })
 }
@@ -96,7 +101,10 @@ fn write_chunks(
             let bytes = bytes?;
             out.write_all(&bytes)?;
             at += bytes.len() as u64;
-            table.push(ChunkTableEntry { point_count: CHUNK as u64, byte_count: bytes.len() as u64 });
+            table.push(ChunkTableEntry {
+                point_count: CHUNK as u64,
+                byte_count: bytes.len() as u64,
+            });
         }
     }
     table.write_to(&mut *out, vlr)?;
@@ -107,7 +115,9 @@ fn write_chunks(
 fn compress(records: &[u8], vlr: &LazVlr) -> io::Result<Vec<u8>> {
     let mut compressor = LayeredPointRecordCompressor::new(Cursor::new(Vec::new()));
     compressor.set_fields_from(vlr.items()).map_err(io::Error::other)?;
-    records.chunks_exact(vlr.items_size() as usize).try_for_each(|r| compressor.compress_next(r))?;
+    records
+        .chunks_exact(vlr.items_size() as usize)
+        .try_for_each(|r| compressor.compress_next(r))?;
     compressor.done()?;
     Ok(compressor.into_inner().into_inner())
 }
@@ -130,12 +140,15 @@ impl Grid {
             scale *= 10.0;
         }
         if !(scale <= 1.0) {
-            return Err(format!("a cloud of {size} m cannot be stored in LAS; remove stray points before"));
+            return Err(format!(
+                "a cloud of {size} m cannot be stored in LAS; remove stray points before"
+            ));
         }
         let offset = ((min + max) / 2.0).round();
         let grid = Self { scale, offset, min, max };
         let back = |p: DVec3| grid.place(p).map(|v| f64::from(v) * scale);
-        let (min, max) = (DVec3::from_array(back(min)) + offset, DVec3::from_array(back(max)) + offset);
+        let (min, max) =
+            (DVec3::from_array(back(min)) + offset, DVec3::from_array(back(max)) + offset);
         Ok(Self { scale, offset, min, max })
     }
 
@@ -171,7 +184,13 @@ impl Grid {
     }
 
     /// The public header; offsets and record counts are filled in by the caller.
-    fn header(&self, cloud: &RawCloud, record_bytes: usize, compressed: bool, wkt: bool) -> [u8; HEADER] {
+    fn header(
+        &self,
+        cloud: &RawCloud,
+        record_bytes: usize,
+        compressed: bool,
+        wkt: bool,
+    ) -> [u8; HEADER] {
         let mut h = [0; HEADER];
         let mut put = |at: usize, bytes: &[u8]| h[at..at + bytes.len()].copy_from_slice(bytes);
         put(0, b"LASF");

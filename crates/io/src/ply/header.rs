@@ -126,21 +126,30 @@ const LINES_LIMIT: u64 = 2000;
 /// Reads the header and checks its counts against the size of the file.
 pub fn read(input: &mut Input) -> Result<Header, IoError> {
     let mut buffer = Vec::new();
-    let (mut encoding, mut elements, mut comments, mut line) = (None, Vec::<Element>::new(), Vec::new(), 0);
+    let (mut encoding, mut elements, mut comments, mut line) =
+        (None, Vec::<Element>::new(), Vec::new(), 0);
     loop {
         line += 1;
         if line > LINES_LIMIT {
-            return Err(input.malformed(Place::Line(line), format!("the header has more than {LINES_LIMIT} lines")));
+            return Err(input.malformed(
+                Place::Line(line),
+                format!("the header has more than {LINES_LIMIT} lines"),
+            ));
         }
         if !input.line(&mut buffer, line, LINE_LIMIT)? {
-            return Err(input.malformed(Place::Line(line), "the file ends inside the header: `end_header` is missing"));
+            return Err(input.malformed(
+                Place::Line(line),
+                "the file ends inside the header: `end_header` is missing",
+            ));
         }
         let text = String::from_utf8_lossy(&buffer).into_owned();
         let words: Vec<&str> = text.split_whitespace().collect();
         let bad = |what: &str| input.malformed(Place::Line(line), format!("{what}: `{text}`"));
         match words.as_slice() {
             ["ply"] if line == 1 => {}
-            _ if line == 1 => return Err(input.malformed(Place::Line(1), "a PLY file starts with the line `ply`")),
+            _ if line == 1 => {
+                return Err(input.malformed(Place::Line(1), "a PLY file starts with the line `ply`"));
+            }
             ["format", kind, _] => {
                 encoding = Some(match *kind {
                     "ascii" => Encoding::Ascii,
@@ -151,19 +160,22 @@ pub fn read(input: &mut Input) -> Result<Header, IoError> {
             }
             ["comment" | "obj_info", ..] => comments.push(text),
             ["element", name, count] => {
-                let count = count.parse().map_err(|_| bad("the element's count is not a number"))?;
+                let count =
+                    count.parse().map_err(|_| bad("the element's count is not a number"))?;
                 elements.push(Element { name: (*name).into(), count, properties: Vec::new() });
             }
             ["property", "list", count, scalar, name] => {
                 let list = Scalar::of(count).filter(|s| !matches!(s, Scalar::F32 | Scalar::F64));
                 let list = Some(list.ok_or_else(|| bad("unknown type of list count"))?);
                 let scalar = Scalar::of(scalar).ok_or_else(|| bad("unknown type"))?;
-                let element = elements.last_mut().ok_or_else(|| bad("a property before any element"))?;
+                let element =
+                    elements.last_mut().ok_or_else(|| bad("a property before any element"))?;
                 element.properties.push(Property { name: (*name).into(), scalar, list });
             }
             ["property", scalar, name] => {
                 let scalar = Scalar::of(scalar).ok_or_else(|| bad("unknown type"))?;
-                let element = elements.last_mut().ok_or_else(|| bad("a property before any element"))?;
+                let element =
+                    elements.last_mut().ok_or_else(|| bad("a property before any element"))?;
                 element.properties.push(Property { name: (*name).into(), scalar, list: None });
             }
             ["end_header"] => break,
@@ -171,7 +183,8 @@ pub fn read(input: &mut Input) -> Result<Header, IoError> {
             _ => return Err(bad("not a line of a PLY header")),
         }
     }
-    let encoding = encoding.ok_or_else(|| input.malformed(Place::File, "the header has no `format` line"))?;
+    let encoding =
+        encoding.ok_or_else(|| input.malformed(Place::File, "the header has no `format` line"))?;
     let left = input.len.saturating_sub(input.position()?);
     for element in &elements {
         // The last number of an ascii file may lack its separator.

@@ -48,7 +48,8 @@ impl Records {
         loop {
             self.line += 1;
             if !input.line(&mut self.buffer, self.line, LINE_LIMIT)? {
-                let what = format!("the file ends before the last `{}`; it is cut short", element.name);
+                let what =
+                    format!("the file ends before the last `{}`; it is cut short", element.name);
                 return Err(input.malformed(Place::Line(self.line), what));
             }
             if !self.buffer.iter().all(u8::is_ascii_whitespace) {
@@ -56,18 +57,23 @@ impl Records {
             }
         }
         let at = Place::Line(self.line);
-        let text = std::str::from_utf8(&self.buffer).map_err(|_| input.malformed(at, "the line is not text"))?;
+        let text = std::str::from_utf8(&self.buffer)
+            .map_err(|_| input.malformed(at, "the line is not text"))?;
         let mut words = text.split_ascii_whitespace();
         let mut number = |name: &str| {
-            let word = words.next().ok_or_else(|| input.malformed(at, format!("the value of `{name}` is missing")))?;
-            word.parse::<f64>().map_err(|_| input.malformed(at, format!("`{name}` = `{word}` is not a number")))
+            let word = words
+                .next()
+                .ok_or_else(|| input.malformed(at, format!("the value of `{name}` is missing")))?;
+            word.parse::<f64>()
+                .map_err(|_| input.malformed(at, format!("`{name}` = `{word}` is not a number")))
         };
         for (i, property) in element.properties.iter().enumerate() {
             scalars[i] = number(&property.name)?;
             if property.list.is_some() {
                 let count = scalars[i];
                 if !(count >= 0.0 && count <= text.len() as f64) {
-                    return Err(input.malformed(at, format!("a list of {count} values does not fit its line")));
+                    return Err(input
+                        .malformed(at, format!("a list of {count} values does not fit its line")));
                 }
                 for _ in 0..count as usize {
                     let value = number(&property.name)?;
@@ -119,15 +125,22 @@ struct Columns {
 impl Columns {
     fn of(input: &Input, element: &Element) -> Result<Self, IoError> {
         let found = || {
-            let names = element.properties.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+            let names =
+                element.properties.iter().map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
             names.chars().filter(|c| !c.is_control()).take(300).collect()
         };
         let need = |column: &'static str| {
             let index = element.find(&[column]).filter(|&i| element.properties[i].list.is_none());
-            index.ok_or_else(|| IoError::MissingColumn { path: input.path.into(), column, found: found() })
+            index.ok_or_else(|| IoError::MissingColumn {
+                path: input.path.into(),
+                column,
+                found: found(),
+            })
         };
-        let scalar = |names: &[&str]| element.find(names).filter(|&i| element.properties[i].list.is_none());
-        let normal = [["nx", "normal_x"], ["ny", "normal_y"], ["nz", "normal_z"]].map(|n| scalar(&n));
+        let scalar =
+            |names: &[&str]| element.find(names).filter(|&i| element.properties[i].list.is_none());
+        let normal =
+            [["nx", "normal_x"], ["ny", "normal_y"], ["nz", "normal_z"]].map(|n| scalar(&n));
         Ok(Self {
             xyz: [need("x")?, need("y")?, need("z")?],
             normal: match normal {
@@ -162,18 +175,21 @@ impl Columns {
     ) -> Result<(), IoError> {
         cloud.position.push(DVec3::from_array(self.xyz.map(&value)));
         if let (Some(i), Some(column)) = (self.instance, cloud.instance.as_mut()) {
-            column.push(label(value(i), u32::MAX).ok_or_else(|| fail(not_a_label("instance", value(i))))?);
+            column.push(
+                label(value(i), u32::MAX).ok_or_else(|| fail(not_a_label("instance", value(i))))?,
+            );
         }
         if let (Some(i), Some(column)) = (self.model, cloud.model.as_mut()) {
-            let wide = label(value(i), u32::from(u16::MAX)).ok_or_else(|| fail(not_a_label("model", value(i))))?;
+            let wide = label(value(i), u32::from(u16::MAX))
+                .ok_or_else(|| fail(not_a_label("model", value(i))))?;
             column.push(wide as u16);
         }
         if let (Some(i), Some(column)) = (self.confidence, cloud.confidence.as_mut()) {
             column.push(value(i) as f32);
         }
         if let (Some(i), Some(column)) = (self.line, cloud.line.as_mut()) {
-            let wide =
-                label(value(i), u32::from(u16::MAX)).ok_or_else(|| fail(not_a_label("point_source_id", value(i))))?;
+            let wide = label(value(i), u32::from(u16::MAX))
+                .ok_or_else(|| fail(not_a_label("point_source_id", value(i))))?;
             column.push(wide as u16);
         }
         if let (Some(n), Some(column)) = (self.normal, cloud.normal.as_mut()) {
@@ -193,10 +209,17 @@ pub(crate) fn not_a_label(column: &str, value: f64) -> String {
 }
 
 /// Hands the points on in batches; what comes back has everything but the points.
-pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>) -> Result<RawCloud, IoError> {
+pub fn stream(
+    input: &mut Input,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     let header = header::read(input)?;
     let mut records = Records::new(&header);
-    let crs = header.comments.iter().find_map(|c| c.strip_prefix("comment crs ")).map(|c| c.trim().to_string());
+    let crs = header
+        .comments
+        .iter()
+        .find_map(|c| c.strip_prefix("comment crs "))
+        .map(|c| c.trim().to_string());
     for element in &header.elements {
         if element.name != "vertex" {
             skip(input, &mut records, element)?;
@@ -205,12 +228,20 @@ pub fn stream(input: &mut Input, sink: &mut dyn FnMut(RawCloud) -> Result<(), Io
         let columns = Columns::of(input, element)?;
         match (header.encoding, element.stride()) {
             (Encoding::LittleEndian | Encoding::BigEndian, Some(stride)) => {
-                stream_fixed(input, element, &columns, stride, header.encoding == Encoding::BigEndian, sink)?;
+                stream_fixed(
+                    input,
+                    element,
+                    &columns,
+                    stride,
+                    header.encoding == Encoding::BigEndian,
+                    sink,
+                )?;
             }
             _ => stream_records(input, &mut records, element, &columns, sink)?,
         }
-        let float32 = columns.xyz.iter().any(|&i| element.properties[i].scalar == header::Scalar::F32)
-            && header.encoding != Encoding::Ascii;
+        let float32 =
+            columns.xyz.iter().any(|&i| element.properties[i].scalar == header::Scalar::F32)
+                && header.encoding != Encoding::Ascii;
         return Ok(RawCloud { crs, float32, ..RawCloud::default() });
     }
     Err(input.malformed(Place::File, "the file has no `vertex` element"))
@@ -264,7 +295,11 @@ fn stream_records(
     let mut batch = columns.batch();
     for i in 0..element.count {
         records.next(input, element, &mut values, None, &mut list)?;
-        let at = if records.encoding == Encoding::Ascii { Place::Line(records.line) } else { Place::Record(i + 1) };
+        let at = if records.encoding == Encoding::Ascii {
+            Place::Line(records.line)
+        } else {
+            Place::Record(i + 1)
+        };
         columns.push(&mut batch, |i| values[i], |what| IoError::malformed(input.path, at, what))?;
         finite(input, &batch, at)?;
         if batch.len() as u64 == BATCH {
@@ -277,7 +312,9 @@ fn stream_records(
 /// The last point of the batch must be a place.
 fn finite(input: &Input, batch: &RawCloud, at: Place) -> Result<(), IoError> {
     match batch.position.last() {
-        Some(p) if !p.is_finite() => Err(IoError::NotFinite { path: input.path.into(), at, x: p.x, y: p.y, z: p.z }),
+        Some(p) if !p.is_finite() => {
+            Err(IoError::NotFinite { path: input.path.into(), at, x: p.x, y: p.y, z: p.z })
+        }
         _ => Ok(()),
     }
 }
@@ -294,8 +331,10 @@ pub fn read_mesh(input: &mut Input) -> Result<TriMesh, IoError> {
     let mut mesh = TriMesh::default();
     for element in &header.elements {
         let (mut values, mut list) = (vec![0.0; element.properties.len()], Vec::new());
-        let corners = element.find(&["vertex_indices", "vertex_index"]).filter(|_| element.name == "face");
-        let columns = if element.name == "vertex" { Some(Columns::of(input, element)?) } else { None };
+        let corners =
+            element.find(&["vertex_indices", "vertex_index"]).filter(|_| element.name == "face");
+        let columns =
+            if element.name == "vertex" { Some(Columns::of(input, element)?) } else { None };
         for i in 0..element.count {
             records.next(input, element, &mut values, corners, &mut list)?;
             let at = Place::Record(i + 1);
@@ -310,8 +349,9 @@ pub fn read_mesh(input: &mut Input) -> Result<TriMesh, IoError> {
             if corners.is_some() {
                 let index = |&v: &f64| label(v, u32::MAX).ok_or(v);
                 let polygon: Result<Vec<u32>, f64> = list.iter().map(index).collect();
-                let polygon =
-                    polygon.map_err(|v| input.malformed(at, format!("face corner {v} is not a vertex number")))?;
+                let polygon = polygon.map_err(|v| {
+                    input.malformed(at, format!("face corner {v} is not a vertex number"))
+                })?;
                 crate::mesh::push_polygon(&mut mesh, &polygon);
             }
         }

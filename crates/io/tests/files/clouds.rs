@@ -8,7 +8,11 @@ use proptest::prelude::*;
 pub fn sample(n: usize) -> RawCloud {
     let at = |i: usize| {
         let t = i as f64;
-        DVec3::new(-35678.1234 + (t * 0.37).sin() * 40.0, -12345.6789 + t * 0.001, 2.5 + (t * 0.11).cos())
+        DVec3::new(
+            -35678.1234 + (t * 0.37).sin() * 40.0,
+            -12345.6789 + t * 0.001,
+            2.5 + (t * 0.11).cos(),
+        )
     };
     RawCloud {
         position: (0..n).map(at).collect(),
@@ -40,8 +44,12 @@ fn a_large_cloud_survives_every_format() {
             "{name}"
         );
         assert_eq!(back.crs.as_deref(), Some("EPSG:6679"), "{name}");
-        let worst =
-            back.position.iter().zip(&cloud.position).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f64::max);
+        let worst = back
+            .position
+            .iter()
+            .zip(&cloud.position)
+            .map(|(a, b)| (*a - *b).abs().max_element())
+            .fold(0.0, f64::max);
         assert!(worst <= if name == "a.ply" { 0.0 } else { 0.000_050_1 }, "{name}: {worst}");
     }
 }
@@ -121,7 +129,8 @@ fn thinning_keeps_one_point_a_cube_and_its_labels() {
     let all = points::read(&path, &Silent).unwrap();
     let thin = points::read_thinned(&path, 0.5, &Silent).unwrap();
     let cubes = |c: &RawCloud| {
-        let mut keys: Vec<_> = c.position.iter().map(|p| (*p / 0.5).floor().to_array().map(|v| v as i64)).collect();
+        let mut keys: Vec<_> =
+            c.position.iter().map(|p| (*p / 0.5).floor().to_array().map(|v| v as i64)).collect();
         keys.sort_unstable();
         keys.dedup();
         keys

@@ -64,7 +64,8 @@ fn the_header_lines_are_the_contract() {
 }
 
 fn blocks(text: &str) -> Result<Vec<BlockRow>, String> {
-    blocks_csv::read_from(&mut Input::of_bytes(Path::new("b.csv"), text.as_bytes())).map_err(|e| e.to_string())
+    blocks_csv::read_from(&mut Input::of_bytes(Path::new("b.csv"), text.as_bytes()))
+        .map_err(|e| e.to_string())
 }
 
 #[test]
@@ -83,7 +84,10 @@ fn what_is_wrong_is_named_with_its_line() {
     let head = "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz\n";
     for (text, parts) in [
         ("block_id,model,x_m\n1,a,2\n".to_string(), vec!["b.csv", "`y_m`"]),
-        (format!("{head}1,a,0,0,0,1,0,0,0\n2,a,zero,0,0,1,0,0,0\n"), vec!["line 3", "`x_m`", "zero"]),
+        (
+            format!("{head}1,a,0,0,0,1,0,0,0\n2,a,zero,0,0,1,0,0,0\n"),
+            vec!["line 3", "`x_m`", "zero"],
+        ),
         (format!("{head}1,a,NaN,0,0,1,0,0,0\n"), vec!["line 2", "finite"]),
         (format!("{head}1,a,0,0,0,1,1,0,0\n"), vec!["line 2", "length 1.4142"]),
         (format!("{head}1,a,0,0\n"), vec!["line 2", "`z_m`"]),
@@ -123,7 +127,11 @@ fn verify_names_what_changed() {
     assert_eq!(manifest::verify(run, Some(site)).unwrap(), []);
     assert_eq!(Manifest::load(run).unwrap(), manifest);
     manifest.seal(run).unwrap();
-    assert_eq!(fs::read(run.join(manifest::FILE)).unwrap(), first, "sealing twice gives the same bytes");
+    assert_eq!(
+        fs::read(run.join(manifest::FILE)).unwrap(),
+        first,
+        "sealing twice gives the same bytes"
+    );
 
     fs::write(run.join("sub/b.csv"), "other").unwrap();
     fs::remove_file(run.join("c.csv")).unwrap();
@@ -145,7 +153,8 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
     let mut manifest = Manifest::new("0.1.0", 7, serde_json::Value::Null);
     manifest.seal(run.path()).unwrap();
     let text = fs::read_to_string(run.path().join(manifest::FILE)).unwrap();
-    let hostile = text.replace("\"outputs\": {}", "\"outputs\": {\"../x\": {\"bytes\": 0, \"blake3\": \"\"}}");
+    let hostile = text
+        .replace("\"outputs\": {}", "\"outputs\": {\"../x\": {\"bytes\": 0, \"blake3\": \"\"}}");
     assert_ne!(text, hostile);
     fs::write(run.path().join(manifest::FILE), hostile).unwrap();
     assert!(manifest::verify(run.path(), None).unwrap_err().to_string().contains("../x"));

@@ -23,7 +23,8 @@ pub fn e57() -> Vec<u8> {
     for scan in 0..2_usize {
         let mut cloud = writer.add_pointcloud(&format!("scan {scan}"), prototype.clone()).unwrap();
         let mut pose = Transform::default();
-        (pose.translation.x, pose.translation.y, pose.translation.z) = (100.0 * scan as f64, 5.0, 1.5);
+        (pose.translation.x, pose.translation.y, pose.translation.z) =
+            (100.0 * scan as f64, 5.0, 1.5);
         cloud.set_transform(Some(pose));
         for i in 0..150 {
             let invalid = i64::from(scan == 1 && i == 7) * 2;
@@ -68,7 +69,8 @@ pub fn pcd(data: &str) -> Vec<u8> {
         }
         "binary" => (0..points).for_each(|i| (0..5).for_each(|f| out.extend(field(i, f)))),
         _ => {
-            let columns: Vec<u8> = (0..5).flat_map(|f| (0..points).flat_map(move |i| field(i, f))).collect();
+            let columns: Vec<u8> =
+                (0..5).flat_map(|f| (0..points).flat_map(move |i| field(i, f))).collect();
             // The colour column repeats every three bytes: one literal run, then one back reference.
             let start = 8 * points;
             let mut packed = literals(&columns[..start + 3]);
@@ -149,7 +151,8 @@ pub fn copc() -> Vec<u8> {
     info.extend(page_at.to_le_bytes());
     info.extend((page.len() as u64).to_le_bytes());
     info.resize(160, 0);
-    let records = [record("copc", 1, &info), record(LazVlr::USER_ID, LazVlr::RECORD_ID, &vlr_data)].concat();
+    let records =
+        [record("copc", 1, &info), record(LazVlr::USER_ID, LazVlr::RECORD_ID, &vlr_data)].concat();
     out[375..data_at].copy_from_slice(&records);
     let mut put = |at: usize, bytes: &[u8]| out[at..at + bytes.len()].copy_from_slice(bytes);
     put(0, b"LASF");

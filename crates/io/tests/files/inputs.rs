@@ -8,7 +8,8 @@ use std::sync::Mutex;
 
 fn read(kind: &str, bytes: &[u8]) -> Result<RawCloud, String> {
     let name = format!("a.{kind}");
-    points::read_as(&mut Input::of_bytes(Path::new(&name), bytes), kind, &Silent).map_err(|e| e.to_string())
+    points::read_as(&mut Input::of_bytes(Path::new(&name), bytes), kind, &Silent)
+        .map_err(|e| e.to_string())
 }
 
 #[test]
@@ -83,9 +84,14 @@ fn a_copc_is_read_whole_and_in_part() {
     assert_eq!(all.len(), 200);
     let inside = |low: DVec3, high: DVec3| {
         let within = |p: &&DVec3| p.cmpge(low).all() && p.cmple(high).all();
-        let mut expected: Vec<_> = all.position.iter().filter(within).map(|p| p.to_array()).collect();
-        let mut found: Vec<_> =
-            points::read_box(&path, low, high, &Silent).unwrap().position.iter().map(|p| p.to_array()).collect();
+        let mut expected: Vec<_> =
+            all.position.iter().filter(within).map(|p| p.to_array()).collect();
+        let mut found: Vec<_> = points::read_box(&path, low, high, &Silent)
+            .unwrap()
+            .position
+            .iter()
+            .map(|p| p.to_array())
+            .collect();
         let order = |a: &[f64; 3], b: &[f64; 3]| a.partial_cmp(b).unwrap();
         expected.sort_by(order);
         found.sort_by(order);
@@ -100,10 +106,15 @@ fn a_copc_is_read_whole_and_in_part() {
     bytes[data_at + 8 + 30..data_at + 8 + 90].fill(0xff);
     std::fs::write(&path, bytes).unwrap();
     assert!(points::read(&path, &Silent).is_err());
-    assert_eq!(points::read_box(&path, DVec3::new(8.5, 0.0, 0.0), DVec3::splat(99.0), &Silent).unwrap().len(), {
-        let within = |p: &&DVec3| p.x >= 8.5;
-        all.position.iter().filter(within).count()
-    });
+    assert_eq!(
+        points::read_box(&path, DVec3::new(8.5, 0.0, 0.0), DVec3::splat(99.0), &Silent)
+            .unwrap()
+            .len(),
+        {
+            let within = |p: &&DVec3| p.x >= 8.5;
+            all.position.iter().filter(within).count()
+        }
+    );
 }
 
 #[test]
@@ -137,18 +148,27 @@ fn a_design_comes_from_landxml_dxf_and_geotiff() {
     use scene::AxisOrder;
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    io::landxml::write(&at("a.xml"), "p", "EPSG:6679", &[crate::sample::surface("design")]).unwrap();
+    io::landxml::write(&at("a.xml"), "p", "EPSG:6679", &[crate::sample::surface("design")])
+        .unwrap();
     let face = |p: [[f64; 3]; 4]| {
-        let pairs: String =
-            (0..4).flat_map(|i| (0..3).map(move |k| format!("{}\n{}\n", 10 + 10 * k + i, p[i][k]))).collect();
+        let pairs: String = (0..4)
+            .flat_map(|i| (0..3).map(move |k| format!("{}\n{}\n", 10 + 10 * k + i, p[i][k])))
+            .collect();
         format!("0\nSECTION\n2\nENTITIES\n0\n3DFACE\n8\n0\n{pairs}0\nENDSEC\n0\nEOF\n")
     };
     let corners = [[0.0, 0.0, 1.0], [10.0, 0.0, 2.0], [10.0, 5.0, 3.5], [0.0, 5.0, 2.5]];
-    std::fs::write(at("a.dxf"), face(corners.map(|[x, y, z]| [x - 35_600.125, y - 12_300.0, z]))).unwrap();
-    std::fs::write(at("north.dxf"), face(corners.map(|[x, y, z]| [y - 12_300.0, x - 35_600.125, z]))).unwrap();
-    for (name, order) in
-        [("a.xml", AxisOrder::EastNorth), ("a.dxf", AxisOrder::EastNorth), ("north.dxf", AxisOrder::NorthEast)]
-    {
+    std::fs::write(at("a.dxf"), face(corners.map(|[x, y, z]| [x - 35_600.125, y - 12_300.0, z])))
+        .unwrap();
+    std::fs::write(
+        at("north.dxf"),
+        face(corners.map(|[x, y, z]| [y - 12_300.0, x - 35_600.125, z])),
+    )
+    .unwrap();
+    for (name, order) in [
+        ("a.xml", AxisOrder::EastNorth),
+        ("a.dxf", AxisOrder::EastNorth),
+        ("north.dxf", AxisOrder::NorthEast),
+    ] {
         let design = io::design_file::read(&at(name), 0.25, order, &Silent).unwrap();
         let level = design.level_at(-35_600.0 + 4.0, -12_300.0 + 2.0).unwrap();
         let expected = 1.0 + 0.1 * 4.125 + 0.3 * 2.0;
@@ -157,6 +177,8 @@ fn a_design_comes_from_landxml_dxf_and_geotiff() {
     io::geotiff::write(&at("a.tif"), &crate::sample::raster(), "EPSG:6679").unwrap();
     let design = io::design_file::read(&at("a.tif"), 0.25, AxisOrder::EastNorth, &Silent).unwrap();
     assert_eq!(design.level_at(-35_600.25 + 1.0, -12_300.75 + 1.5), Some(32.0));
-    let error = io::design_file::read(&at("a.pdf"), 0.25, AxisOrder::EastNorth, &Silent).unwrap_err().to_string();
+    let error = io::design_file::read(&at("a.pdf"), 0.25, AxisOrder::EastNorth, &Silent)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains(".xml, .tif, .dxf"), "{error}");
 }

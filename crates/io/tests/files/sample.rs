@@ -5,8 +5,8 @@ use io::drawing::{Drawing, SectionLine};
 use io::raster::Raster;
 use io::tin::Tin;
 use scene::{
-    BlockModel, Catalog, ConvexPart, InstanceId, Judgement, ModelId, Placement, PlacementState, Recognised, SiteFrame,
-    SymmetryGroup,
+    BlockModel, Catalog, ConvexPart, InstanceId, Judgement, ModelId, Placement, PlacementState,
+    Recognised, SiteFrame, SymmetryGroup,
 };
 
 /// Owns what a [`Drawing`] borrows.
@@ -42,7 +42,16 @@ fn wedge(name: &str, size: f32) -> BlockModel {
         v(0.0, 0.0, 0.5),
         v(0.0, 1.0, 0.5),
     ];
-    let triangles = vec![[0, 2, 1], [0, 3, 2], [0, 1, 4], [1, 2, 5], [1, 5, 4], [2, 3, 5], [0, 4, 5], [0, 5, 3]];
+    let triangles = vec![
+        [0, 2, 1],
+        [0, 3, 2],
+        [0, 1, 4],
+        [1, 2, 5],
+        [1, 5, 4],
+        [2, 3, 5],
+        [0, 4, 5],
+        [0, 5, 3],
+    ];
     let mesh = TriMesh { vertices, triangles };
     mesh.check_solid().unwrap();
     let moments = mesh.moments();
@@ -63,12 +72,18 @@ fn wedge(name: &str, size: f32) -> BlockModel {
 pub fn pose(i: usize) -> Pose {
     let t = i as f32;
     let axis = Vec3::new((t * 1.3).sin(), (t * 0.7).cos(), 0.3 + t * 0.01).normalize();
-    Pose::from_parts(Vec3::new(t * 1.75, -t * 0.5, 1.0 + t * 0.125), Quat::from_axis_angle(axis, t * 0.9))
+    Pose::from_parts(
+        Vec3::new(t * 1.75, -t * 0.5, 1.0 + t * 0.125),
+        Quat::from_axis_angle(axis, t * 0.9),
+    )
 }
 
 pub fn sample() -> Sample {
-    let frame =
-        SiteFrame { origin: [-35_600.5, -12_300.25, 2.0], crs: "EPSG:6679".into(), vertical_datum: "T.P.".into() };
+    let frame = SiteFrame {
+        origin: [-35_600.5, -12_300.25, 2.0],
+        crs: "EPSG:6679".into(),
+        vertical_datum: "T.P.".into(),
+    };
     let catalog = Catalog::new(vec![wedge("wedge-2m", 1.0), wedge("wedge 3m (積)", 1.5)]);
     let recognised = (0..6)
         .map(|i| Recognised {
@@ -100,9 +115,17 @@ pub fn sample() -> Sample {
     let line = |surface: &str, z: f64| SectionLine {
         chainage_m: 5.0,
         surface: surface.into(),
-        points: (0..5).map(|i| [-35_600.0 + f64::from(i), -12_300.0, z + f64::from(i % 2)]).collect(),
+        points: (0..5)
+            .map(|i| [-35_600.0 + f64::from(i), -12_300.0, z + f64::from(i % 2)])
+            .collect(),
     };
-    Sample { frame, catalog, recognised, placements, sections: vec![line("design", 4.0), line("as-is", 2.0)] }
+    Sample {
+        frame,
+        catalog,
+        recognised,
+        placements,
+        sections: vec![line("design", 4.0), line("as-is", 2.0)],
+    }
 }
 
 /// A height map with a hole.

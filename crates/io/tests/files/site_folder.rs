@@ -82,21 +82,43 @@ fn fails(site: &str, catalog: &str) -> String {
 
 #[test]
 fn mistakes_are_named_with_file_line_and_key() {
-    let all = |error: String, parts: &[&str]| assert!(parts.iter().all(|p| error.contains(p)), "{error}");
+    let all =
+        |error: String, parts: &[&str]| assert!(parts.iter().all(|p| error.contains(p)), "{error}");
     all(fails(&SITE.replace("seed = 7", "sed = 7"), CATALOG), &["site.toml, line 5", "`sed`"]);
-    all(fails(&SITE.replace("crest_level_m", "crest_levl_m"), CATALOG), &["site.toml, line", "crest_levl_m"]);
-    all(fails(&SITE.replace("crs = \"EPSG:6679\"\n", ""), CATALOG), &["site.toml", "crs = \"EPSG:"]);
-    all(fails(&SITE.replace("EPSG:6679", "6679"), CATALOG), &["\"6679\" is not an EPSG code"]);
-    all(fails(&SITE.replace("vertical_offset_m = -0.12\n", ""), CATALOG), &["survey.laz", "vertical_offset_m"]);
-    all(fails(&SITE.replace("-0.12", "nan"), CATALOG), &["vertical_offset_m", "finite"]);
-    all(fails(&SITE.replace("toe_level_m = -2.0", "toe_level_m = 5.0"), CATALOG), &["design.toe_level_m"]);
     all(
-        fails(&SITE.replace("alignment = [[0.0, 0.0], [15.0, 0.0]]", "alignment = [[0.0, 0.0]]"), CATALOG),
+        fails(&SITE.replace("crest_level_m", "crest_levl_m"), CATALOG),
+        &["site.toml, line", "crest_levl_m"],
+    );
+    all(
+        fails(&SITE.replace("crs = \"EPSG:6679\"\n", ""), CATALOG),
+        &["site.toml", "crs = \"EPSG:"],
+    );
+    all(fails(&SITE.replace("EPSG:6679", "6679"), CATALOG), &["\"6679\" is not an EPSG code"]);
+    all(
+        fails(&SITE.replace("vertical_offset_m = -0.12\n", ""), CATALOG),
+        &["survey.laz", "vertical_offset_m"],
+    );
+    all(fails(&SITE.replace("-0.12", "nan"), CATALOG), &["vertical_offset_m", "finite"]);
+    all(
+        fails(&SITE.replace("toe_level_m = -2.0", "toe_level_m = 5.0"), CATALOG),
+        &["design.toe_level_m"],
+    );
+    all(
+        fails(
+            &SITE.replace("alignment = [[0.0, 0.0], [15.0, 0.0]]", "alignment = [[0.0, 0.0]]"),
+            CATALOG,
+        ),
         &["alignment"],
     );
     all(fails(&SITE.replace("\"mbes\"", "\"sonar\""), CATALOG), &["line 9", "sonar", "mbes"]);
-    all(fails(SITE, &CATALOG.replace("size = 2.0", "size = 2.0, side = 1")), &["catalog.toml, line 3", "side"]);
-    all(fails(SITE, &CATALOG.replace("part.stl", "part2.stl")), &["part2.stl", "check the spelling"]);
+    all(
+        fails(SITE, &CATALOG.replace("size = 2.0", "size = 2.0, side = 1")),
+        &["catalog.toml, line 3", "side"],
+    );
+    all(
+        fails(SITE, &CATALOG.replace("part.stl", "part2.stl")),
+        &["part2.stl", "check the spelling"],
+    );
     all(fails("name = \"x\"\ncrs = \"none\"\n", CATALOG), &["[[survey]]"]);
     all(fails("name = [", CATALOG), &["site.toml, line 1"]);
 }
@@ -117,7 +139,8 @@ fn a_link_does_not_leave_the_folder_either() {
     let other = tempfile::tempdir().unwrap();
     fs::write(other.path().join("secret.laz"), b"").unwrap();
     let folder = folder(&SITE.replace("survey.laz", "link.laz"), CATALOG);
-    std::os::unix::fs::symlink(other.path().join("secret.laz"), folder.path().join("link.laz")).unwrap();
+    std::os::unix::fs::symlink(other.path().join("secret.laz"), folder.path().join("link.laz"))
+        .unwrap();
     let error = site::load(folder.path()).unwrap_err().to_string();
     assert!(error.contains("leaves the site folder"), "{error}");
 }

@@ -5,7 +5,8 @@ use crate::{read_within_limits, seeds};
 /// Every bomb must be refused, within the limits.
 pub fn all_are_refused() {
     let refused = |kind: &str, bytes: &[u8], part: &str| {
-        let error = read_within_limits(kind, bytes).expect_err("a bomb must be refused").to_string();
+        let error =
+            read_within_limits(kind, bytes).expect_err("a bomb must be refused").to_string();
         assert!(error.contains(part), "{kind}: {error}");
     };
     let laz = seeds::all().iter().find(|s| s.0 == "laz").unwrap().1.clone();

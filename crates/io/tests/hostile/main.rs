@@ -33,7 +33,11 @@ pub fn read_within_limits(kind: &str, bytes: &[u8]) -> Result<(), IoError> {
     let result = readers::read(kind, bytes);
     let (peak, took) = (MEMORY.peak_usage().saturating_sub(before), start.elapsed());
     let limit = FREE_BYTES + BYTES_PER_BYTE * bytes.len();
-    assert!(peak <= limit, "{kind}: {} bytes of file cost {peak} bytes of memory (limit {limit})", bytes.len());
+    assert!(
+        peak <= limit,
+        "{kind}: {} bytes of file cost {peak} bytes of memory (limit {limit})",
+        bytes.len()
+    );
     assert!(took <= TIME, "{kind}: {} bytes of file cost {took:?}", bytes.len());
     result
 }

@@ -5,13 +5,15 @@ use geom::SeedTree;
 
 const MUTANTS_EACH: u64 = 800;
 /// Values that break arithmetic.
-const EXTREMES: [u64; 8] = [0, 1, u64::MAX, 1 << 31, (1 << 31) - 1, 0xffff_ffff, 1 << 62, 0x7ff8_0000_0000_0000];
+const EXTREMES: [u64; 8] =
+    [0, 1, u64::MAX, 1 << 31, (1 << 31) - 1, 0xffff_ffff, 1 << 62, 0x7ff8_0000_0000_0000];
 
 /// How many were tried and how many refused.
 pub fn all_are_harmless() -> (u64, u64) {
     let (mut tried, mut refused) = (0, 0);
     for (number, (kind, seed)) in seeds::all().into_iter().enumerate() {
-        read_within_limits(kind, &seed).unwrap_or_else(|e| panic!("the undamaged {kind} file is refused: {e}"));
+        read_within_limits(kind, &seed)
+            .unwrap_or_else(|e| panic!("the undamaged {kind} file is refused: {e}"));
         if kind == "e57" {
             let mut mended = seed.clone();
             mend_checksums(&mut mended);
@@ -27,7 +29,10 @@ pub fn all_are_harmless() -> (u64, u64) {
             if let Err(error) = read_within_limits(kind, &mutant) {
                 refused += 1;
                 let line = error.to_string();
-                assert!(line.contains("hostile.") && !line.contains('\n') && line.len() < 2000, "{line}");
+                assert!(
+                    line.contains("hostile.") && !line.contains('\n') && line.len() < 2000,
+                    "{line}"
+                );
             }
         }
     }
@@ -37,7 +42,9 @@ pub fn all_are_harmless() -> (u64, u64) {
 /// One to three kinds of damage.
 fn damaged(seed: &[u8], tree: SeedTree) -> Vec<u8> {
     let mut bytes = seed.to_vec();
-    let draw = |name: &str, step: u64, below: usize| (tree.child(name, step).value() % below.max(1) as u64) as usize;
+    let draw = |name: &str, step: u64, below: usize| {
+        (tree.child(name, step).value() % below.max(1) as u64) as usize
+    };
     for step in 0..1 + draw("steps", 0, 3) as u64 {
         // Half of all damage goes where the headers are.
         let reach = if draw("early", step, 2) == 0 { bytes.len().min(500) } else { bytes.len() };
@@ -63,7 +70,8 @@ fn damaged(seed: &[u8], tree: SeedTree) -> Vec<u8> {
             5 => {
                 // Numbers in texts grow.
                 let text: &[u8] =
-                    [&b"99999999999"[..], b"-1", b"nan", b"1e308", b"\"", b"\n", b","][draw("text", step, 7)];
+                    [&b"99999999999"[..], b"-1", b"nan", b"1e308", b"\"", b"\n", b","]
+                        [draw("text", step, 7)];
                 bytes.splice(at..at, text.iter().copied());
             }
             _ => {

@@ -28,21 +28,29 @@ pub fn read(kind: &str, bytes: &[u8]) -> Result<(), IoError> {
     let name = Path::new(&name);
     let mut input = Input::of_bytes(name, bytes);
     match kind {
-        "las" | "laz" | "ply" | "xyz" | "pcd" | "e57" => io::points::read_as(&mut input, kind, &geom::Silent).map(drop),
+        "las" | "laz" | "ply" | "xyz" | "pcd" | "e57" => {
+            io::points::read_as(&mut input, kind, &geom::Silent).map(drop)
+        }
         "copc.laz" => {
             let (low, high) = (geom::DVec3::ZERO, geom::DVec3::new(5.0, 99.0, 99.0));
             io::las::stream_box(&mut input, low, high, &mut |_| Ok(())).map(drop)
         }
         "tif" => io::geotiff::read(&mut input).map(drop),
         "xml" => io::landxml::read(&mut input, None).map(|tin| drop(tin.on_grid(0.5))),
-        "dxf" => io::dxf::read_faces(&mut input).map(|faces| drop(io::tin::Tin::of_faces(&faces).on_grid(0.5))),
+        "dxf" => io::dxf::read_faces(&mut input)
+            .map(|faces| drop(io::tin::Tin::of_faces(&faces).on_grid(0.5))),
         "stl" | "obj" => io::mesh::read_as(&mut input, kind).map(drop),
         "mesh.ply" => io::mesh::read_as(&mut input, "ply").map(drop),
         "blocks.csv" => io::blocks_csv::read_from(&mut input).map(drop),
         "placements.csv" => io::placements_csv::read_from(&mut input).map(drop),
-        "site.toml" => io::site::parse_toml::<scene::SiteSpec>(name, &String::from_utf8_lossy(bytes))
-            .map(|site| drop(site.check())),
-        "catalog.toml" => io::site::parse_toml::<scene::CatalogSpec>(name, &String::from_utf8_lossy(bytes)).map(drop),
+        "site.toml" => {
+            io::site::parse_toml::<scene::SiteSpec>(name, &String::from_utf8_lossy(bytes))
+                .map(|site| drop(site.check()))
+        }
+        "catalog.toml" => {
+            io::site::parse_toml::<scene::CatalogSpec>(name, &String::from_utf8_lossy(bytes))
+                .map(drop)
+        }
         "review.json" => io::review::read_from(&mut input).map(drop),
         "manifest.json" => io::manifest::Manifest::of_bytes(name, bytes).map(drop),
         _ => panic!("there is no reader of `{kind}`"),

@@ -34,7 +34,10 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("e57", foreign::e57()),
         ("copc.laz", foreign::copc()),
         ("laz", foreign::copc()),
-        ("tif", written("a.tif", &|p| io::geotiff::write(p, &sample::raster(), "EPSG:6679").unwrap())),
+        (
+            "tif",
+            written("a.tif", &|p| io::geotiff::write(p, &sample::raster(), "EPSG:6679").unwrap()),
+        ),
         ("xml", io::landxml::text("a", "EPSG:6679", &[sample::surface("design")]).into_bytes()),
         ("dxf", io::dxf::text(&sample::sample().drawing()).into_bytes()),
         ("blocks.csv", BLOCKS.into()),
@@ -49,7 +52,11 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
 pub fn cloud(n: usize) -> RawCloud {
     let at = |i: usize| {
         let t = i as f64;
-        DVec3::new(-35_678.0 + (t * 0.37).sin() * 40.0, -12_345.0 + t * 0.01, 2.5 + (t * 0.11).cos())
+        DVec3::new(
+            -35_678.0 + (t * 0.37).sin() * 40.0,
+            -12_345.0 + t * 0.01,
+            2.5 + (t * 0.11).cos(),
+        )
     };
     RawCloud {
         position: (0..n).map(at).collect(),
@@ -62,13 +69,15 @@ pub fn cloud(n: usize) -> RawCloud {
 }
 
 fn mesh() -> TriMesh {
-    let vertices = (0..40).map(|i| Vec3::new(i as f32 * 0.5, (i % 7) as f32, (i % 5) as f32)).collect();
+    let vertices =
+        (0..40).map(|i| Vec3::new(i as f32 * 0.5, (i % 7) as f32, (i % 5) as f32)).collect();
     TriMesh { vertices, triangles: (2..40).map(|i| [i - 2, i - 1, i]).collect() }
 }
 
 fn text_cloud() -> String {
-    let rows: String =
-        (0..60).map(|i| format!("{},{},{},{}\n", f64::from(i) * 0.25, i % 9, 3 - i % 4, i % 5)).collect();
+    let rows: String = (0..60)
+        .map(|i| format!("{},{},{},{}\n", f64::from(i) * 0.25, i % 9, 3 - i % 4, i % 5))
+        .collect();
     format!("# a cloud\nx,y,z,instance\n{rows}")
 }
 
@@ -94,7 +103,8 @@ fn big_endian_ply() -> Vec<u8> {
 }
 
 fn ascii_stl() -> String {
-    let mut text = String::from("solid test of a text file that is longer than the header of a binary one\n");
+    let mut text =
+        String::from("solid test of a text file that is longer than the header of a binary one\n");
     for i in 0..12 {
         text += &format!(
             "facet normal 0 0 1\nouter loop\nvertex {i} 0 0\nvertex 0 {i} 0\nvertex 0 0 1.5e0\nendloop\nendfacet\n"
@@ -106,7 +116,8 @@ fn ascii_stl() -> String {
 /// LAS 1.2, point format 3, the older compression.
 fn old_laz() -> Vec<u8> {
     use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr};
-    let vlr = LazVlr::from_laz_items(LazItemRecordBuilder::default_for_point_format_id(3, 4).unwrap());
+    let vlr =
+        LazVlr::from_laz_items(LazItemRecordBuilder::default_for_point_format_id(3, 4).unwrap());
     let mut vlr_data = Vec::new();
     vlr.write_to(&mut vlr_data).unwrap();
     let (count, record) = (300_u32, 38_u16);

@@ -10,7 +10,8 @@ pub const WIDTH_M: f32 = 25.0;
 
 /// `key=value` of the command line, or the default.
 pub fn value(key: &str, default: &str) -> String {
-    let found = std::env::args().find_map(|a| a.strip_prefix(&format!("{key}=")).map(str::to_owned));
+    let found =
+        std::env::args().find_map(|a| a.strip_prefix(&format!("{key}=")).map(str::to_owned));
     found.unwrap_or_else(|| default.to_owned())
 }
 
@@ -21,15 +22,19 @@ pub fn number(key: &str, default: f32) -> f32 {
 
 /// Tetrapods of 2 m (5.2 t) lie there; 2.1 m (6 t) are added.
 pub fn catalog() -> Catalog {
-    let block =
-        |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0).expect("a valid shape");
+    let block = |name: &str, size: f32| {
+        blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0).expect("a valid shape")
+    };
     Catalog::new(vec![block("existing", 2.0), block("supplement", 2.1)])
 }
 
 /// A level over the whole span.
 pub fn design(length_m: f32, level_m: f32) -> DesignSurface {
     let (l, w) = (f64::from(length_m), f64::from(WIDTH_M));
-    DesignSurface::Level { level_m: f64::from(level_m), boundary: vec![[0.0, 0.0], [l, 0.0], [l, w], [0.0, w]] }
+    DesignSurface::Level {
+        level_m: f64::from(level_m),
+        boundary: vec![[0.0, 0.0], [l, 0.0], [l, w], [0.0, w]],
+    }
 }
 
 /// Blocks dropped layer by layer into a pen, each layer fixed once it rests.
@@ -37,7 +42,8 @@ pub fn pile(catalog: &Catalog, length_m: f32, count: usize, seed: SeedTree) -> S
     let model = catalog.get(ModelId(0));
     let shape = BlockShape::new(model).expect("a valid block");
     let ground = Ground::Level { z_m: 0.0 };
-    let physics = PhysicsConfig { step_s: 1.0 / 60.0, ..PhysicsConfig::default() }.for_block_size(model.d_box_m);
+    let physics = PhysicsConfig { step_s: 1.0 / 60.0, ..PhysicsConfig::default() }
+        .for_block_size(model.d_box_m);
     let mut world = World::new(&physics);
     world.add_ground(&ground, &Bounds { min: Vec3::ZERO, max: Vec3::new(length_m, WIDTH_M, 0.0) });
     for (point, inward) in [
@@ -62,8 +68,15 @@ pub fn pile(catalog: &Catalog, length_m: f32, count: usize, seed: SeedTree) -> S
             .map(|c| {
                 let (x, y) = ((c % nx) as f32 + 0.5, (c / nx) as f32 + 0.5);
                 let place = Vec3::new(x * length_m / nx as f32, y * WIDTH_M / ny as f32, height_m);
-                let axis = Vec3::new(rng.random::<f32>() - 0.5, rng.random::<f32>() - 0.5, rng.random::<f32>() - 0.5);
-                let turn = geom::Quat::from_axis_angle(axis.normalize_or(Vec3::Z), 6.3 * rng.random::<f32>());
+                let axis = Vec3::new(
+                    rng.random::<f32>() - 0.5,
+                    rng.random::<f32>() - 0.5,
+                    rng.random::<f32>() - 0.5,
+                );
+                let turn = geom::Quat::from_axis_angle(
+                    axis.normalize_or(Vec3::Z),
+                    6.3 * rng.random::<f32>(),
+                );
                 world.add_moving(&shape, &Pose::from_parts(place, turn))
             })
             .collect();

@@ -24,11 +24,14 @@ fn a_design_below_the_surface_gives_an_empty_plan_and_says_so() {
 #[test]
 fn errors_name_what_to_change() {
     let site = site::site(8.0, 3, 2.0);
-    let run = |config: &PlanConfig| plan(&site.input(), config, SeedTree::new(1), &Silent).map(|_| ());
+    let run =
+        |config: &PlanConfig| plan(&site.input(), config, SeedTree::new(1), &Silent).map(|_| ());
     let window = PlanConfig { window_m: Some(0.05), cell_m: Some(0.1), ..quick() };
     assert!(matches!(run(&window), Err(PlanError::WindowBelowCell { .. })));
     let unknown = PlanConfig { block: Some("dolly".into()), ..quick() };
-    assert!(matches!(run(&unknown), Err(PlanError::UnknownBlock { known, .. }) if known == "small, large"));
+    assert!(
+        matches!(run(&unknown), Err(PlanError::UnknownBlock { known, .. }) if known == "small, large")
+    );
     let network = PlanConfig { policy: Policy::Network, ..quick() };
     assert!(matches!(run(&network), Err(PlanError::NoPlacementModel)));
     let cells = PlanConfig { cell_m: Some(1e-4), ..quick() };
@@ -70,12 +73,23 @@ fn without_blocks_the_plan_builds_on_the_ground_and_warns() {
 fn blocks_that_overlap_in_the_input_are_reported_and_stay() {
     let mut site = site::site(8.0, 2, 2.0);
     let first = site.scene.blocks[0];
-    let pose =
-        Pose::from_parts(first.site_from_block.translation + Vec3::new(0.3, 0.0, 0.0), first.site_from_block.rotation);
-    site.scene.blocks.push(PlacedBlock { block: InstanceId(9), model: ModelId(0), site_from_block: pose });
+    let pose = Pose::from_parts(
+        first.site_from_block.translation + Vec3::new(0.3, 0.0, 0.0),
+        first.site_from_block.rotation,
+    );
+    site.scene.blocks.push(PlacedBlock {
+        block: InstanceId(9),
+        model: ModelId(0),
+        site_from_block: pose,
+    });
     let heard = Heard::default();
     let found = plan(&site.input(), &quick(), SeedTree::new(1), &heard).unwrap();
     assert!(heard.has("overlap"), "{:?}", heard.0);
     let block = site.catalog.get(ModelId(0));
-    assert!(found.placements.iter().all(|p| (p.rest.translation - p.drop.translation).length() < block.d_box_m));
+    assert!(
+        found
+            .placements
+            .iter()
+            .all(|p| (p.rest.translation - p.drop.translation).length() < block.d_box_m)
+    );
 }

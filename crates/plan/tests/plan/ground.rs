@@ -44,9 +44,16 @@ fn a_slope_under_blocks_comes_back() {
     }
     // A block nobody recognised.
     let stray = Pose::from_translation(Vec3::new(10.0, 4.0, slope(10.0, 4.0) + 1.0));
-    points.retain(|p| (stray.translation - *p).truncate().length() > 1.3 || p.z > stray.translation.z);
+    points.retain(|p| {
+        (stray.translation - *p).truncate().length() > 1.3 || p.z > stray.translation.z
+    });
     points.extend(
-        model.mesh.sample_surface(800, &mut rng).iter().map(|(p, _)| stray * *p).filter(|p| p.z > stray.translation.z),
+        model
+            .mesh
+            .sample_surface(800, &mut rng)
+            .iter()
+            .map(|(p, _)| stray * *p)
+            .filter(|p| p.z > stray.translation.z),
     );
     let cloud = PointCloud::from_positions(points);
     let found: Vec<Recognised> = poses.into_iter().map(recognised).collect();
@@ -67,7 +74,11 @@ fn a_slope_under_blocks_comes_back() {
     let with = with_obstacles(ground.clone(), &cloud, &found, &site.catalog, &config, &heard);
     let over = |g: &Ground| g.height_m(stray.translation.x, stray.translation.y);
     let top = over(&with);
-    assert!((stray.translation.z..stray.translation.z + 1.5).contains(&top), "{top} above {}", stray.translation.z);
+    assert!(
+        (stray.translation.z..stray.translation.z + 1.5).contains(&top),
+        "{top} above {}",
+        stray.translation.z
+    );
     assert!(heard.has("taken as solid"));
     for pose in found.iter().map(|f| f.site_from_block.translation) {
         assert!((with.height_m(pose.x, pose.y) - ground.height_m(pose.x, pose.y)).abs() < 0.05);
@@ -78,7 +89,10 @@ fn a_slope_under_blocks_comes_back() {
     let left_open = with_obstacles(ground.clone(), &cloud, &judged, &site.catalog, &config, &heard);
     assert_eq!(left_open, with);
     judged.last_mut().unwrap().judgement = Judgement::Accepted;
-    assert_eq!(with_obstacles(ground.clone(), &cloud, &judged, &site.catalog, &config, &heard), ground);
+    assert_eq!(
+        with_obstacles(ground.clone(), &cloud, &judged, &site.catalog, &config, &heard),
+        ground
+    );
 }
 
 #[test]
@@ -90,10 +104,22 @@ fn without_ground_points_the_lowest_block_gives_the_level() {
     let points = model.mesh.sample_surface(500, &mut rng).iter().map(|(p, _)| pose * *p).collect();
     let heard = Heard::default();
     let cloud = PointCloud::from_positions(points);
-    let ground = estimate_ground(&cloud, &[recognised(pose)], &site.catalog, &GroundConfig::default(), &heard);
+    let ground = estimate_ground(
+        &cloud,
+        &[recognised(pose)],
+        &site.catalog,
+        &GroundConfig::default(),
+        &heard,
+    );
     let lowest = model.mesh.bounds().min.z + 5.0;
     assert!(matches!(ground, Ground::Level { z_m } if (z_m - lowest).abs() < 1e-4), "{ground:?}");
     assert!(heard.has("no ground"));
-    let empty = estimate_ground(&PointCloud::default(), &[], &site.catalog, &GroundConfig::default(), &heard);
+    let empty = estimate_ground(
+        &PointCloud::default(),
+        &[],
+        &site.catalog,
+        &GroundConfig::default(),
+        &heard,
+    );
     assert_eq!(empty, Ground::Level { z_m: 0.0 });
 }

@@ -2,7 +2,10 @@
 
 use crate::site::{self, Heard, Site};
 use geom::{HeightMap, Quat, SeedTree, Silent, Vec2};
-use plan::{DepthView, PlanConfig, PlanInput, Policy, Proposal, Proposer, RandomConfig, plan, plans_over_volumes};
+use plan::{
+    DepthView, PlanConfig, PlanInput, Policy, Proposal, Proposer, RandomConfig, plan,
+    plans_over_volumes,
+};
 use scene::{PlacementState, Plan};
 
 /// Proposes what a network without training might: some attitude over the deepest pixel, then others.
@@ -18,8 +21,14 @@ impl Proposer for Deepest {
         let deepest = (0..144).max_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
         let view = self.view();
         let centre = Vec2::new(view.offset(deepest % 12), view.offset(deepest / 12));
-        let turn = |i: u8| Quat::from_rotation_z(f32::from(i)) * Quat::from_rotation_x(0.7 * f32::from(i));
-        (0..24).map(|i| Proposal { centre: if i < 12 { centre } else { Vec2::ZERO }, rotation: turn(i) }).collect()
+        let turn =
+            |i: u8| Quat::from_rotation_z(f32::from(i)) * Quat::from_rotation_x(0.7 * f32::from(i));
+        (0..24)
+            .map(|i| Proposal {
+                centre: if i < 12 { centre } else { Vec2::ZERO },
+                rotation: turn(i),
+            })
+            .collect()
     }
 }
 
@@ -28,14 +37,17 @@ fn with_proposer(site: &Site) -> PlanInput<'_> {
 }
 
 fn config(policy: Policy) -> PlanConfig {
-    let mut config = PlanConfig { policy, rounds: 6, block: Some("large".into()), ..PlanConfig::default() };
+    let mut config =
+        PlanConfig { policy, rounds: 6, block: Some("large".into()), ..PlanConfig::default() };
     config.search.attitudes = 64;
     config.search.verify = 3;
     config
 }
 
 fn bits(plan: &Plan) -> Vec<u32> {
-    let pose = |p: &geom::Pose| [p.translation.to_array().to_vec(), p.rotation.to_array().to_vec()].concat();
+    let pose = |p: &geom::Pose| {
+        [p.translation.to_array().to_vec(), p.rotation.to_array().to_vec()].concat()
+    };
     plan.placements
         .iter()
         .chain(&plan.removed)
@@ -57,11 +69,18 @@ fn check(site: &Site, config: &PlanConfig, plan: &Plan) {
         assert!(p.contacts >= 2 || (p.rest * block.centre).z < block.d_max_m, "{p:?}");
         for &v in &block.mesh.vertices {
             let at = site.frame.site_from_local(p.rest * v);
-            assert!(site.design.level_at(at.x, at.y).is_some(), "a corner of block {} is outside", p.order);
+            assert!(
+                site.design.level_at(at.x, at.y).is_some(),
+                "a corner of block {} is outside",
+                p.order
+            );
         }
         let centre = site.frame.site_from_local(p.rest * block.centre);
         assert!(
-            centre.z <= site.design.level_at(centre.x, centre.y).unwrap() + 0.3 * f64::from(block.d_box_m) / 2.0 + 1e-3
+            centre.z
+                <= site.design.level_at(centre.x, centre.y).unwrap()
+                    + 0.3 * f64::from(block.d_box_m) / 2.0
+                    + 1e-3
         );
     }
     nothing_is_needed_before_it_comes(site, block, plan);
@@ -75,7 +94,8 @@ fn nothing_overlaps(site: &Site, plan: &Plan) {
     for b in &site.scene.blocks {
         world.add_fixed(&shape(b.model), &b.site_from_block);
     }
-    let new: Vec<_> = plan.placements.iter().map(|p| world.add_fixed(&shape(p.model), &p.rest)).collect();
+    let new: Vec<_> =
+        plan.placements.iter().map(|p| world.add_fixed(&shape(p.model), &p.rest)).collect();
     for id in new {
         let deepest = world.contacts(id).iter().map(|c| c.depth_m).fold(0.0, f32::max);
         assert!(deepest < 0.05, "overlap of {deepest} m between 2 m blocks");
@@ -100,10 +120,16 @@ fn nothing_is_needed_before_it_comes(site: &Site, block: &scene::BlockModel, pla
                 continue;
             }
             let top = raster(&early.rest, true);
-            let shared = under.z_m.iter().zip(&top.z_m).filter(|(u, t)| u.is_finite() && t.is_finite());
+            let shared =
+                under.z_m.iter().zip(&top.z_m).filter(|(u, t)| u.is_finite() && t.is_finite());
             let beneath = shared.filter(|(u, t)| **u < **t - 0.1 * block.d_box_m).count();
             let all = under.z_m.iter().filter(|u| u.is_finite()).count();
-            assert!(beneath as f32 <= 0.25 * all as f32, "{} lies under {}", late.order, early.order);
+            assert!(
+                beneath as f32 <= 0.25 * all as f32,
+                "{} lies under {}",
+                late.order,
+                early.order
+            );
         }
     }
     assert_eq!(site.scene.blocks.len(), 16);
@@ -116,7 +142,9 @@ fn plans_obey_their_laws_and_threads_change_nothing() {
         let config = config(policy);
         let with = |threads: usize, seed: u64| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| plan(&with_proposer(&site), &config, SeedTree::new(seed), &Silent).unwrap())
+            pool.install(|| {
+                plan(&with_proposer(&site), &config, SeedTree::new(seed), &Silent).unwrap()
+            })
         };
         let (one, two) = (with(1, 7), with(2, 7));
         assert_eq!(bits(&one), bits(&two));
@@ -128,9 +156,16 @@ fn plans_obey_their_laws_and_threads_change_nothing() {
 #[test]
 fn search_places_more_and_closer_than_random() {
     let site = site::site(12.0, 16, 2.5);
-    let run = |policy| plan(&site.input(), &config(policy), SeedTree::new(1), &Heard::default()).unwrap().summary;
+    let run = |policy| {
+        plan(&site.input(), &config(policy), SeedTree::new(1), &Heard::default()).unwrap().summary
+    };
     let (random, search) = (run(Policy::Random), run(Policy::Search));
-    assert!(search.blocks as f32 >= 1.12 * random.blocks as f32, "{} against {}", search.blocks, random.blocks);
+    assert!(
+        search.blocks as f32 >= 1.12 * random.blocks as f32,
+        "{} against {}",
+        search.blocks,
+        random.blocks
+    );
     assert!(search.mean_distance_m < random.mean_distance_m);
     assert!(search.porosity < random.porosity);
 }
@@ -143,7 +178,12 @@ fn more_random_drops_fill_more() {
         plan(&site.input(), &config, SeedTree::new(1), &Silent).unwrap().summary
     };
     let (one, many) = (with(1), with(30));
-    assert!(many.void_after_m3 < one.void_after_m3, "{} against {}", many.void_after_m3, one.void_after_m3);
+    assert!(
+        many.void_after_m3 < one.void_after_m3,
+        "{} against {}",
+        many.void_after_m3,
+        one.void_after_m3
+    );
 }
 
 #[test]
@@ -168,7 +208,8 @@ fn loose_blocks_are_not_pushed_out_of_place() {
     for b in &site.scene.blocks {
         world.add_fixed(&shape(b.model), &b.site_from_block);
     }
-    let free: Vec<_> = loose.placements.iter().map(|p| (world.add_moving(&shape(p.model), &p.rest), p)).collect();
+    let free: Vec<_> =
+        loose.placements.iter().map(|p| (world.add_moving(&shape(p.model), &p.rest), p)).collect();
     world.step(120);
     let moved = |(id, p): &(sim::BodyId, &scene::Placement)| {
         let centre = site.catalog.get(p.model).centre;
@@ -184,12 +225,22 @@ fn plans_of_several_volumes_are_those_made_one_by_one() {
     let volumes = [3.0, 0.001, 0.2, 1.0];
     let mut taken_over = 0;
     for policy in [Policy::Random, Policy::Network, Policy::Search] {
-        let together =
-            plans_over_volumes(&with_proposer(&site), &config(policy), &volumes, SeedTree::new(3), &Silent).unwrap();
+        let together = plans_over_volumes(
+            &with_proposer(&site),
+            &config(policy),
+            &volumes,
+            SeedTree::new(3),
+            &Silent,
+        )
+        .unwrap();
         for (of, v) in together.iter().zip(volumes) {
             let alone = PlanConfig { minimum_volume_m3: Some(v), ..config(policy) };
             let alone = plan(&with_proposer(&site), &alone, SeedTree::new(3), &Silent).unwrap();
-            assert_eq!((of.minimum_volume_m3, bits(&of.plan)), (v, bits(&alone)), "{policy:?}, v = {v}");
+            assert_eq!(
+                (of.minimum_volume_m3, bits(&of.plan)),
+                (v, bits(&alone)),
+                "{policy:?}, v = {v}"
+            );
             assert_eq!(of.plan.summary, alone.summary);
             taken_over += u32::from(!of.made);
         }

@@ -94,7 +94,9 @@ impl PairTable {
     /// Model pairs with about this feature.
     pub fn similar(&self, feature: &[f32; 4]) -> &[Pair] {
         match self.key(feature) {
-            Some(k) => &self.pair[self.start[k as usize] as usize..self.start[k as usize + 1] as usize],
+            Some(k) => {
+                &self.pair[self.start[k as usize] as usize..self.start[k as usize + 1] as usize]
+            }
             None => &[],
         }
     }

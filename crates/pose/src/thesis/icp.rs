@@ -30,7 +30,10 @@ pub fn refine(
         let mut a = [[0.0_f32; 6]; 6];
         let mut b = [0.0_f32; 6];
         for point in points.iter().step_by(stride) {
-            let Some((i, _)) = cloud.grid.nearest_within(block_from_site * point.position, radius) else { continue };
+            let Some((i, _)) = cloud.grid.nearest_within(block_from_site * point.position, radius)
+            else {
+                continue;
+            };
             let (q, n) = cloud.points[i as usize];
             let (q, n) = (site_from_block * q, site_from_block.rotation * n);
             if agreement(n, point) <= 0.05 {

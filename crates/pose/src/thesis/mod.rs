@@ -28,11 +28,19 @@ pub fn propose(
     config: &PpfConfig,
 ) -> Vec<Proposal> {
     let Some(table) = &template.pairs else { return Vec::new() };
-    let all: Vec<_> =
-        task.points.iter().map(|&i| measured.fit_point(i)).filter(|p| p.normal != geom::Vec3::ZERO).collect();
+    let all: Vec<_> = task
+        .points
+        .iter()
+        .map(|&i| measured.fit_point(i))
+        .filter(|p| p.normal != geom::Vec3::ZERO)
+        .collect();
     // About the model's resolution, as §3.5.1 asks.
     let position: Vec<_> = all.iter().map(|p| p.position).collect();
-    let scene: Vec<_> = thin(&position, table.distance_step_m()).kept.into_iter().map(|i| all[i as usize]).collect();
+    let scene: Vec<_> = thin(&position, table.distance_step_m())
+        .kept
+        .into_iter()
+        .map(|i| all[i as usize])
+        .collect();
     if scene.len() < FEWEST_POINTS {
         return Vec::new();
     }
@@ -48,11 +56,20 @@ pub fn propose(
 }
 
 /// B: mean distance from the points to the model (Eq. 3.10), metres.
-pub fn fitness_m(points: &[u32], template: &Template, at: &CentredPose, measured: &Measured) -> f32 {
+pub fn fitness_m(
+    points: &[u32],
+    template: &Template,
+    at: &CentredPose,
+    measured: &Measured,
+) -> f32 {
     let block_from_site = at.pose(template.model.centre).inverse();
     let sum: f64 = points
         .iter()
-        .map(|&i| f64::from(template.field.distance_m(block_from_site * measured.position[i as usize]).abs()))
+        .map(|&i| {
+            f64::from(
+                template.field.distance_m(block_from_site * measured.position[i as usize]).abs(),
+            )
+        })
         .sum();
     (sum / points.len().max(1) as f64) as f32
 }

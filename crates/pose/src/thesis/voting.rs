@@ -17,7 +17,12 @@ pub struct Voted {
 }
 
 /// The best pose of every reference point, most votes first.
-pub fn vote(scene: &[FitPoint], table: &PairTable, template: &Template, config: &PpfConfig) -> Vec<Voted> {
+pub fn vote(
+    scene: &[FitPoint],
+    table: &PairTable,
+    template: &Template,
+    config: &PpfConfig,
+) -> Vec<Voted> {
     let mut accumulator = vec![0_u32; table.points.len() * ALPHA_BINS];
     let mut voted = Vec::new();
     for (i, point) in scene.iter().enumerate().step_by(config.reference_stride) {
@@ -31,7 +36,8 @@ pub fn vote(scene: &[FitPoint], table: &PairTable, template: &Template, config: 
             let Some(feature) = feature(reference, partner) else { continue };
             let own = alpha(reference, partner.0);
             for pair in table.similar(&feature) {
-                let turn = (pair.alpha - own).rem_euclid(std::f32::consts::TAU) / std::f32::consts::TAU;
+                let turn =
+                    (pair.alpha - own).rem_euclid(std::f32::consts::TAU) / std::f32::consts::TAU;
                 let bin = ((turn * ALPHA_BINS as f32) as usize).min(ALPHA_BINS - 1);
                 accumulator[pair.reference as usize * ALPHA_BINS + bin] += 1;
             }
@@ -43,7 +49,8 @@ pub fn vote(scene: &[FitPoint], table: &PairTable, template: &Template, config: 
             .max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(&a.0)))
             .expect("the model has points");
         if votes > 0 {
-            let turn = ((best % ALPHA_BINS) as f32 + 0.5) * std::f32::consts::TAU / ALPHA_BINS as f32;
+            let turn =
+                ((best % ALPHA_BINS) as f32 + 0.5) * std::f32::consts::TAU / ALPHA_BINS as f32;
             let pose = motion(reference, table.points[best / ALPHA_BINS], turn);
             let at = CentredPose { rotation: pose.rotation, centre: pose * template.model.centre };
             voted.push(Voted { votes, at });

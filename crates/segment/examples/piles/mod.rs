@@ -19,11 +19,12 @@ pub struct Pile {
 pub fn pile(seed: SeedTree) -> Result<Pile, String> {
     let mut rng = seed.child("recipe", 0).rng();
     let height_m = 1.5 + 2.0 * rng.random::<f32>();
-    let model =
-        blocks::shape_model("tetrapod", Shape::Tetrapod { size: height_m }, 2300.0).map_err(|e| e.to_string())?;
+    let model = blocks::shape_model("tetrapod", Shape::Tetrapod { size: height_m }, 2300.0)
+        .map_err(|e| e.to_string())?;
     let catalog = Catalog::new(vec![model.clone()]);
     let recipe = recipe(height_m, &mut rng)?;
-    let made = synth::scene(&recipe, &catalog, seed.child("scene", 0)).map_err(|e| e.to_string())?;
+    let made =
+        synth::scene(&recipe, &catalog, seed.child("scene", 0)).map_err(|e| e.to_string())?;
     Ok(Pile { model, uav: recipe.sensor.kind() == SensorKind::Uav, made })
 }
 
@@ -45,9 +46,10 @@ pub fn recipe(height_m: f32, rng: &mut impl rand::Rng) -> Result<Recipe, String>
     // Points per square metre that give a block of 2 m the densities of SENSORS.md, scaled with the block.
     let scale = (2.0 / height_m).powi(2);
     let density = if uav { between(300.0, 900.0) } else { between(150.0, 800.0) } * scale;
-    let mut recipe =
-        Recipe::parse(&format!("name = \"t\"\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\n"))
-            .map_err(|e| e.to_string())?;
+    let mut recipe = Recipe::parse(&format!(
+        "name = \"t\"\ndensity_per_m2 = {density}\n[sensor]\nkind = \"gaussian\"\n"
+    ))
+    .map_err(|e| e.to_string())?;
     let most = between(18.0, 60.0) as u32;
     recipe.count = [most, most];
     recipe.site = Site::Pen { side_blocks: between(4.0, 6.0) };

@@ -27,7 +27,8 @@ impl Checkpoint {
         if let Some(before) = this.kept.settings()? {
             this.same_settings(&before, config)?;
         }
-        let text = serde_json::to_string_pretty(config).map_err(|e| SegmentError::Description(e.to_string()))?;
+        let text = serde_json::to_string_pretty(config)
+            .map_err(|e| SegmentError::Description(e.to_string()))?;
         this.kept.keep_settings(&text)?;
         Ok(this)
     }
@@ -38,17 +39,21 @@ impl Checkpoint {
             message,
         };
         // By way of text, so that numbers are rounded alike on both sides.
-        let now = serde_json::to_string(config).map_err(|e| SegmentError::Description(e.to_string()))?;
-        let read = |text: &str| -> Result<serde_json::Map<String, serde_json::Value>, SegmentError> {
-            serde_json::from_str(text).map_err(|e| wrong(e.to_string()))
-        };
+        let now =
+            serde_json::to_string(config).map_err(|e| SegmentError::Description(e.to_string()))?;
+        let read =
+            |text: &str| -> Result<serde_json::Map<String, serde_json::Value>, SegmentError> {
+                serde_json::from_str(text).map_err(|e| wrong(e.to_string()))
+            };
         let (old, new) = (read(before)?, read(&now)?);
         let may_change = ["steps", "warmup", "checkpoint_steps", "calibration_scenes", "name"];
-        let key = new.keys().find(|k| !may_change.contains(&k.as_str()) && old.get(*k) != new.get(*k));
+        let key =
+            new.keys().find(|k| !may_change.contains(&k.as_str()) && old.get(*k) != new.get(*k));
         match key {
-            Some(key) => {
-                Err(SegmentError::OtherTraining { folder: self.folder.display().to_string(), key: key.clone() })
-            }
+            Some(key) => Err(SegmentError::OtherTraining {
+                folder: self.folder.display().to_string(),
+                key: key.clone(),
+            }),
             None => Ok(()),
         }
     }
@@ -75,7 +80,8 @@ impl Checkpoint {
         done: u64,
         config: &TrainConfig,
     ) -> Result<(), SegmentError> {
-        let model = SegmentModel::of_network(network.valid().into_network(), config, done)?.to_bytes()?;
+        let model =
+            SegmentModel::of_network(network.valid().into_network(), config, done)?.to_bytes()?;
         self.kept.save(network, optimiser, done, &model)?;
         let csv = fs::read_to_string(self.folder.join("curve.csv")).unwrap_or_default();
         Ok(self.kept.keep("curve.svg", learning_curve(&csv).as_bytes())?)
@@ -103,8 +109,9 @@ impl Curve {
         train: &LossReport,
         held_out: Option<&LossReport>,
     ) -> Result<(), SegmentError> {
-        let numbers =
-            |r: &LossReport| format!("{:.5},{:.5},{:.5},{:.5},{:.5}", r.total, r.pair, r.centre, r.offset, r.block);
+        let numbers = |r: &LossReport| {
+            format!("{:.5},{:.5},{:.5},{:.5},{:.5}", r.total, r.pair, r.centre, r.offset, r.block)
+        };
         let held_out = held_out.map_or_else(|| ",,,,".to_owned(), numbers);
         Ok(self.0.write(&format!("{step},{rate:.3e},{},{held_out}", numbers(train)))?)
     }

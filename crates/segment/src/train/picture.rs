@@ -7,9 +7,14 @@ const MARGIN: f32 = 48.0;
 
 /// Vote error over steps: training (grey) and held out (blue), logarithmic.
 pub(super) fn learning_curve(csv: &str) -> String {
-    let column = |line: &str, at: usize| line.split(',').nth(at).and_then(|v| v.parse::<f32>().ok());
+    let column =
+        |line: &str, at: usize| line.split(',').nth(at).and_then(|v| v.parse::<f32>().ok());
     let points = |at: usize| -> Vec<(f32, f32)> {
-        csv.lines().skip(1).filter_map(|l| Some((column(l, 0)?, column(l, at)?))).filter(|p| p.1 > 0.0).collect()
+        csv.lines()
+            .skip(1)
+            .filter_map(|l| Some((column(l, 0)?, column(l, at)?)))
+            .filter(|p| p.1 > 0.0)
+            .collect()
     };
     let (train, held_out) = (points(5), points(10));
     let last = train.iter().chain(&held_out).map(|p| p.0).fold(1.0, f32::max);
@@ -20,8 +25,12 @@ pub(super) fn learning_curve(csv: &str) -> String {
         (x, SIZE.1 - MARGIN - part * (SIZE.1 - 1.5 * MARGIN))
     };
     let line = |points: &[(f32, f32)], colour: &str| {
-        let path: Vec<String> = points.iter().map(|&p| place(p)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-        format!("<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\" points=\"{}\"/>\n", path.join(" "))
+        let path: Vec<String> =
+            points.iter().map(|&p| place(p)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        format!(
+            "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\" points=\"{}\"/>\n",
+            path.join(" ")
+        )
     };
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"12\">\n\

@@ -84,13 +84,22 @@ fn prepare(
         .map(|v| ThinScene::new(&scene, config.cell, config.sparsest, node.child("variant", v)))
         .collect();
     match variants.iter().find(|v| v.len() < FEWEST) {
-        Some(v) => Err(failed(format!("only {} points are left after thinning, {FEWEST} are needed", v.len()))),
+        Some(v) => Err(failed(format!(
+            "only {} points are left after thinning, {FEWEST} are needed",
+            v.len()
+        ))),
         None => Ok(Arc::new(variants)),
     }
 }
 
 /// The tile of a step and replica.
-pub(super) fn draw(scenes: &[Variants], config: &TrainConfig, seed: SeedTree, step: u64, replica: u64) -> Targets {
+pub(super) fn draw(
+    scenes: &[Variants],
+    config: &TrainConfig,
+    seed: SeedTree,
+    step: u64,
+    replica: u64,
+) -> Targets {
     let node = seed.child("tile", step).child("replica", replica);
     let mut rng = node.rng();
     let variants = &scenes[rng.random_range(0..scenes.len())];

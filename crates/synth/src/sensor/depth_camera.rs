@@ -60,10 +60,20 @@ impl DepthCamera {
         within("sensor.correlation_px", self.correlation_px, [1.0, 100.0], "1 to 100 pixels")?;
         within("sensor.quantum_m", self.quantum_m, [0.0, 0.1], "0 to 0.1 m")?;
         within("sensor.flying_share", self.flying_share, [0.0, 1.0], "0 to 1")?;
-        within("sensor.least_incidence_deg", self.least_incidence_deg, [0.0, 60.0], "0 to 60 degrees")
+        within(
+            "sensor.least_incidence_deg",
+            self.least_incidence_deg,
+            [0.0, 60.0],
+            "0 to 60 degrees",
+        )
     }
 
-    pub(super) fn scan(&self, targets: &Targets, resolved: &Resolved, seed: SeedTree) -> Result<Scan, SynthError> {
+    pub(super) fn scan(
+        &self,
+        targets: &Targets,
+        resolved: &Resolved,
+        seed: SeedTree,
+    ) -> Result<Scan, SynthError> {
         let mut rng = seed.child("noise", 0).rng();
         let region = targets.bounds;
         let tilt = rng.random_range(0.0..=self.most_tilt_deg).to_radians();
@@ -73,15 +83,23 @@ impl DepthCamera {
         let pixel_m = 1.0 / resolved.density_per_m2.sqrt();
         let map = RangeMap::render(Camera::looking_at(&region, position, pixel_m), targets);
 
-        let samples = targets
-            .sample(SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(), seed.child("surface", 0));
+        let samples = targets.sample(
+            SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(),
+            seed.child("surface", 0),
+        );
         let sees = |(p, n): (&Vec3, &Vec3)| map.sees(*p, *n);
-        let occlusion = occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
+        let occlusion =
+            occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
         let points = self.points(&map, targets, &mut rng);
         Ok(Scan { points, line: Vec::new(), occlusion, positions: vec![position] })
     }
 
-    fn points(&self, map: &RangeMap<Camera>, targets: &Targets, rng: &mut impl Rng) -> Vec<(Vec3, u32)> {
+    fn points(
+        &self,
+        map: &RangeMap<Camera>,
+        targets: &Targets,
+        rng: &mut impl Rng,
+    ) -> Vec<(Vec3, u32)> {
         let [columns, rows] = map.projection.size();
         let field = NoiseField::new(columns, rows, self.correlation_px, rng);
         let least_cos = self.least_incidence_deg.to_radians().sin();

@@ -1,6 +1,8 @@
 //! The thesis' sensor (§3.4.3): the visible surface with white noise, 1 cm for UAV and 3 cm for MBES.
 
-use super::views::{Ring, cameras, check_rings, occlusion, seen_points, seen_points_by_removal, thinned};
+use super::views::{
+    Ring, cameras, check_rings, occlusion, seen_points, seen_points_by_removal, thinned,
+};
 use super::{Scan, within};
 use crate::SynthError;
 use crate::range_map::RangeMap;
@@ -57,11 +59,15 @@ impl Gaussian {
         let surface = seed.child("surface", 0);
         let seen = match visibility {
             Visibility::Exact => {
-                let maps: Vec<_> =
-                    cameras.into_par_iter().map(|c| RangeMap::render(c, targets).without_triangles()).collect();
+                let maps: Vec<_> = cameras
+                    .into_par_iter()
+                    .map(|c| RangeMap::render(c, targets).without_triangles())
+                    .collect();
                 seen_points(targets, &maps, 1, resolved.target_points, surface)
             }
-            Visibility::Katz => seen_points_by_removal(targets, &positions, 1, resolved.target_points, surface)?,
+            Visibility::Katz => {
+                seen_points_by_removal(targets, &positions, 1, resolved.target_points, surface)?
+            }
         };
         let points = seen.points;
         let visible: Vec<bool> = seen.view.iter().map(Option::is_some).collect();
@@ -71,7 +77,8 @@ impl Gaussian {
         let points = thinned(shown, resolved.target_points, &mut rng)
             .into_iter()
             .map(|i| {
-                let noise = Vec3::from_array(std::array::from_fn(|_| StandardNormal.sample(&mut rng)));
+                let noise =
+                    Vec3::from_array(std::array::from_fn(|_| StandardNormal.sample(&mut rng)));
                 (points.position[i] + noise * self.noise_sd_m, points.owner[i])
             })
             .collect();

@@ -122,7 +122,12 @@ impl Mbes {
         within("sensor.passes", self.passes as f32, [1.0, 100.0], "1 to 100")?;
         within("sensor.clearance_m", self.clearance_m, [0.2, 200.0], "0.2 to 200 m")?;
         within("sensor.overreach", self.overreach, [0.0, 5.0], "0 to 5 site widths")?;
-        within("sensor.heading_spread_deg", self.heading_spread_deg, [0.0, 30.0], "0 to 30 degrees")?;
+        within(
+            "sensor.heading_spread_deg",
+            self.heading_spread_deg,
+            [0.0, 30.0],
+            "0 to 30 degrees",
+        )?;
         within("sensor.beams", self.beams as f32, [16.0, 4096.0], "16 to 4096")?;
         within("sensor.half_swath_deg", self.half_swath_deg, [10.0, 80.0], "10 to 80 degrees")?;
         within("sensor.along_beam_deg", self.along_beam_deg, [0.05, 10.0], "0.05 to 10 degrees")?;
@@ -140,9 +145,15 @@ impl Mbes {
         within("sensor.spikes", self.spikes, [0.0, 0.5], "0 to 0.5")
     }
 
-    pub(super) fn scan(&self, targets: &Targets, resolved: &Resolved, seed: SeedTree) -> Result<Scan, SynthError> {
+    pub(super) fn scan(
+        &self,
+        targets: &Targets,
+        resolved: &Resolved,
+        seed: SeedTree,
+    ) -> Result<Scan, SynthError> {
         let passes = self.passes(targets, resolved, seed.child("passes", 0));
-        let maps: Vec<RangeMap<Swath>> = passes.into_par_iter().map(|p| RangeMap::render(p, targets)).collect();
+        let maps: Vec<RangeMap<Swath>> =
+            passes.into_par_iter().map(|p| RangeMap::render(p, targets)).collect();
         let spacing_m = self.ping_spacing_m(&maps, targets, resolved)?;
 
         let measured: Vec<Vec<(Vec3, u32)>> = maps
@@ -153,16 +164,25 @@ impl Mbes {
         let half = resolved.size_m.map(|s| s / 2.0);
         let top = self.top_level_m.unwrap_or(f32::INFINITY);
         let inside = |p: &Vec3| p.x.abs() <= half[0] && p.y.abs() <= half[1] && p.z <= top;
-        let numbered =
-            measured.into_iter().enumerate().flat_map(|(k, pass)| pass.into_iter().map(move |p| (p, k as u16 + 1)));
+        let numbered = measured
+            .into_iter()
+            .enumerate()
+            .flat_map(|(k, pass)| pass.into_iter().map(move |p| (p, k as u16 + 1)));
         let all: Vec<((Vec3, u32), u16)> = numbered.filter(|((p, _), _)| inside(p)).collect();
-        let chosen = thinned((0..all.len()).collect(), resolved.target_points, &mut seed.child("thin", 0).rng());
+        let chosen = thinned(
+            (0..all.len()).collect(),
+            resolved.target_points,
+            &mut seed.child("thin", 0).rng(),
+        );
         let (points, line) = chosen.into_iter().map(|i| all[i]).unzip();
 
-        let samples = targets
-            .sample(SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(), seed.child("surface", 0));
+        let samples = targets.sample(
+            SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(),
+            seed.child("surface", 0),
+        );
         let sees = |(p, n): (&Vec3, &Vec3)| maps.iter().any(|m| m.sees(*p, *n));
-        let occlusion = occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
+        let occlusion =
+            occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
         // A place every 2 m of track is enough to know from where a point was seen.
         let positions = maps.iter().flat_map(|m| m.projection.track(2.0)).collect();
         Ok(Scan { points, line, occlusion, positions })
@@ -170,7 +190,12 @@ impl Mbes {
 
     /// Pings over a flat, smooth bed `depth_m` below the head, without ghosts and spikes: (angle, range) of every beam.
     /// For comparing the noise with a real sounder's.
-    pub fn flat_bed_pings(&self, depth_m: f32, pings: usize, seed: SeedTree) -> Vec<Vec<(f32, f32)>> {
+    pub fn flat_bed_pings(
+        &self,
+        depth_m: f32,
+        pings: usize,
+        seed: SeedTree,
+    ) -> Vec<Vec<(f32, f32)>> {
         let quiet = Self { ghosts: 0.0, spikes: 0.0, ..*self };
         let width = 2.5 * depth_m * self.half_swath_deg.to_radians().tan();
         let bed = Scene { blocks: Vec::new(), ground: Ground::Level { z_m: 0.0 } };
@@ -183,8 +208,13 @@ impl Mbes {
             &targets,
         );
         let mut rng = seed.rng();
-        let ping =
-            |_| quiet.ping(&map, &targets, 0.4 * depth_m, &mut rng).iter().map(|s| (s.angle_rad, s.range_m)).collect();
+        let ping = |_| {
+            quiet
+                .ping(&map, &targets, 0.4 * depth_m, &mut rng)
+                .iter()
+                .map(|s| (s.angle_rad, s.range_m))
+                .collect()
+        };
         (0..pings).map(ping).collect()
     }
 
@@ -199,11 +229,16 @@ impl Mbes {
         let half_fan = (self.half_swath_deg + 2.0 * self.across_beam_deg).to_radians();
         (0..self.passes)
             .map(|k| {
-                let place = if self.passes == 1 { 0.0 } else { 2.0 * k as f32 / (self.passes - 1) as f32 - 1.0 };
-                let offset = place * width * (0.5 + self.overreach) + rng.random_range(-0.2..0.2) * width;
+                let place = if self.passes == 1 {
+                    0.0
+                } else {
+                    2.0 * k as f32 / (self.passes - 1) as f32 - 1.0
+                };
+                let offset =
+                    place * width * (0.5 + self.overreach) + rng.random_range(-0.2..0.2) * width;
                 let spread = self.heading_spread_deg.to_radians();
-                let heading =
-                    if k % 2 == 0 { 0.0 } else { std::f32::consts::PI } + rng.random_range(-1.0..=1.0) * spread;
+                let heading = if k % 2 == 0 { 0.0 } else { std::f32::consts::PI }
+                    + rng.random_range(-1.0..=1.0) * spread;
                 let along = Vec3::new(heading.cos(), heading.sin(), 0.0);
                 // Long enough to cover the corners of a site that the track crosses at an angle.
                 let reach = 0.5 * length * heading.cos().abs() + width * heading.sin().abs() + 0.5;
@@ -233,14 +268,17 @@ impl Mbes {
                     let hit = map
                         .first_hit(targets, along, angle)
                         .map(|(range, _)| map.projection.point(along, angle, range));
-                    hits += u32::from(hit.is_some_and(|p| p.x.abs() <= half[0] && p.y.abs() <= half[1] && p.z <= top));
+                    hits += u32::from(hit.is_some_and(|p| {
+                        p.x.abs() <= half[0] && p.y.abs() <= half[1] && p.z <= top
+                    }));
                 }
             }
             soundings_per_m += track * hits as f32 / probes as f32;
         }
         let spacing = soundings_per_m / (1.1 * resolved.target_points as f32);
         if spacing < CLOSEST_PINGS_M {
-            let reach = soundings_per_m / (1.1 * CLOSEST_PINGS_M * resolved.size_m[0] * resolved.size_m[1]);
+            let reach =
+                soundings_per_m / (1.1 * CLOSEST_PINGS_M * resolved.size_m[0] * resolved.size_m[1]);
             let why = format!(
                 "{} passes of {} beams give at most {reach:.0} points per m² here; use more passes or beams, or a lower density",
                 self.passes, self.beams
@@ -257,9 +295,16 @@ impl Mbes {
         (0..count).map(move |b| (edge * (2.0 * b as f32 / (count - 1) as f32 - 1.0)).atan())
     }
 
-    fn pass(&self, map: &RangeMap<Swath>, targets: &Targets, spacing_m: f32, seed: SeedTree) -> Vec<(Vec3, u32)> {
+    fn pass(
+        &self,
+        map: &RangeMap<Swath>,
+        targets: &Targets,
+        spacing_m: f32,
+        seed: SeedTree,
+    ) -> Vec<(Vec3, u32)> {
         let mut rng = seed.rng();
-        let mut normal = |sd: f32| -> f32 { sd * Distribution::<f32>::sample(&StandardNormal, &mut rng) };
+        let mut normal =
+            |sd: f32| -> f32 { sd * Distribution::<f32>::sample(&StandardNormal, &mut rng) };
         let roll_rad = normal(self.roll_bias_sd_deg).to_radians();
         let (x, y) = (normal(self.position_bias_sd_m), normal(self.position_bias_sd_m));
         let shift = Vec3::new(x, y, normal(self.heave_bias_sd_m));
@@ -269,7 +314,10 @@ impl Mbes {
             // Waves: pings are not quite even.
             let along = (ping as f32 + rng.random_range(0.2..0.8)) * spacing_m;
             for s in self.ping(map, targets, along, &mut rng) {
-                points.push((map.projection.point(along, s.angle_rad + roll_rad, s.range_m) + shift, s.owner));
+                points.push((
+                    map.projection.point(along, s.angle_rad + roll_rad, s.range_m) + shift,
+                    s.owner,
+                ));
             }
         }
         points
@@ -291,7 +339,11 @@ impl Mbes {
             let draw: [f32; 4] = std::array::from_fn(|_| rng.random());
             let switching: f32 = StandardNormal.sample(rng);
             let phase = phase_share(angle);
-            let Some((range, triangle)) = self.detect(map, targets, along_m, angle, draw[0] < phase) else { continue };
+            let Some((range, triangle)) =
+                self.detect(map, targets, along_m, angle, draw[0] < phase)
+            else {
+                continue;
+            };
             let (sin, cos) = angle.sin_cos();
             let direction = map.projection.across * sin - Vec3::Z * cos;
             let square = -targets.normal[triangle].dot(direction);
@@ -343,7 +395,8 @@ impl Mbes {
                 let aside = angle + v * self.across_beam_deg.to_radians();
                 if let Some((range, triangle)) = map.first_hit(targets, ahead, aside) {
                     let (sin, cos) = aside.sin_cos();
-                    let square = targets.normal[triangle].dot(map.projection.across * sin - Vec3::Z * cos);
+                    let square =
+                        targets.normal[triangle].dot(map.projection.across * sin - Vec3::Z * cos);
                     returns[count] = (range, wu * wv * square * square, triangle);
                     count += 1;
                 }
@@ -363,7 +416,8 @@ impl Mbes {
 
 /// Share of the soundings at an angle that are detected by phase.
 fn phase_share(angle_rad: f32) -> f32 {
-    ((angle_rad.to_degrees().abs() - SWITCH_DEG[0]) / (SWITCH_DEG[1] - SWITCH_DEG[0])).clamp(0.0, 1.0)
+    ((angle_rad.to_degrees().abs() - SWITCH_DEG[0]) / (SWITCH_DEG[1] - SWITCH_DEG[0]))
+        .clamp(0.0, 1.0)
 }
 
 impl RangeMap<Swath> {
@@ -378,8 +432,11 @@ impl RangeMap<Swath> {
         let normal = targets.normal[triangle];
         let (origin, direction) = self.projection.exact_ray(along_m, angle_rad);
         let facing = normal.dot(direction);
-        let range =
-            if facing < -0.05 { normal.dot(targets.corners[triangle][0] - origin) / facing } else { self.range[cell] };
+        let range = if facing < -0.05 {
+            normal.dot(targets.corners[triangle][0] - origin) / facing
+        } else {
+            self.range[cell]
+        };
         Some((range, triangle))
     }
 }
@@ -398,14 +455,21 @@ impl BeamNoise {
         let mut normal = || Distribution::<f32>::sample(&StandardNormal, rng);
         // Correlation is a matter of distance: with more beams, neighbours are more alike.
         let slow_correlation = mbes.slow_correlation.powf(256.0 / mbes.beams as f32);
-        Self { slow: normal(), fast: normal(), slow_share: mbes.slow_share, slow_correlation, beams: mbes.beams as f32 }
+        Self {
+            slow: normal(),
+            fast: normal(),
+            slow_share: mbes.slow_share,
+            slow_correlation,
+            beams: mbes.beams as f32,
+        }
     }
 
     fn next(&mut self, angle_rad: f32, rng: &mut impl Rng) -> f32 {
         // 0 near nadir, 1 at the edge; slow and fast parts fitted to the correlations of the real file at 1, 4, 16 beams.
         let outer = ((angle_rad.to_degrees().abs() - 17.0) / 39.0).clamp(0.0, 1.0);
         let mut follow = |state: f32, rho: f32| {
-            rho * state + (1.0 - rho * rho).sqrt() * Distribution::<f32>::sample(&StandardNormal, rng)
+            rho * state
+                + (1.0 - rho * rho).sqrt() * Distribution::<f32>::sample(&StandardNormal, rng)
         };
         self.slow = follow(self.slow, self.slow_correlation);
         self.fast = follow(self.fast, (0.04 + 0.83 * outer.powf(3.6)).powf(256.0 / self.beams));
@@ -421,10 +485,12 @@ mod tests {
     /// Root mean square of the second difference from ping to ping and its correlation over `lag` beams, for the
     /// beams between two angles.
     fn noise(pings: &[Vec<(f32, f32)>], degrees: std::ops::Range<f32>, lag: usize) -> (f64, f64) {
-        let beams: Vec<usize> =
-            (0..pings[0].len() - lag).filter(|&b| degrees.contains(&pings[0][b].0.to_degrees())).collect();
-        let second =
-            |w: &[Vec<(f32, f32)>], b: usize| f64::from(w[0][b].1 - 2.0 * w[1][b].1 + w[2][b].1) / 6_f64.sqrt();
+        let beams: Vec<usize> = (0..pings[0].len() - lag)
+            .filter(|&b| degrees.contains(&pings[0][b].0.to_degrees()))
+            .collect();
+        let second = |w: &[Vec<(f32, f32)>], b: usize| {
+            f64::from(w[0][b].1 - 2.0 * w[1][b].1 + w[2][b].1) / 6_f64.sqrt()
+        };
         let (mut own, mut both, mut count) = (0.0, 0.0, 0.0);
         for w in pings.windows(3) {
             for &b in &beams {
@@ -451,7 +517,10 @@ mod tests {
         ] {
             let (rms, found) = noise(&pings, degrees.clone(), lag);
             assert!((rms / rms_m - 1.0).abs() < 0.12, "{degrees:?}: {rms} m against {rms_m} m");
-            assert!((found - correlation).abs() < 0.15, "{degrees:?}, lag {lag}: {found} against {correlation}");
+            assert!(
+                (found - correlation).abs() < 0.15,
+                "{degrees:?}, lag {lag}: {found} against {correlation}"
+            );
         }
     }
 }

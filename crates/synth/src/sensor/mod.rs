@@ -92,5 +92,9 @@ pub(crate) fn within(
     [low, high]: [f32; 2],
     why: &'static str,
 ) -> Result<(), SynthError> {
-    if (low..=high).contains(&value) { Ok(()) } else { Err(SynthError::BadValue { key, value: value.into(), why }) }
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(SynthError::BadValue { key, value: value.into(), why })
+    }
 }

@@ -4,7 +4,9 @@
 //! I_691, which also asks for oblique views in four directions and shows the slow vertical drift away from control
 //! points); structure from motion rounds edges, fills narrow gaps and fails on moving or white water.
 
-use super::views::{Ring, Waterline, cameras, check_rings, occlusion, seen_points, seen_points_by_removal, thinned};
+use super::views::{
+    Ring, Waterline, cameras, check_rings, occlusion, seen_points, seen_points_by_removal, thinned,
+};
 use super::{Scan, within};
 use crate::SynthError;
 use crate::range_map::RangeMap;
@@ -69,7 +71,12 @@ impl Uav {
         within("sensor.altitude_m", self.altitude_m, [0.1, 1000.0], "0.1 to 1000 m")?;
         check_rings(&self.rings)?;
         let cameras: u32 = self.rings.iter().map(|r| r.cameras).sum();
-        within("sensor.least_views", self.least_views as f32, [1.0, cameras as f32], "1 to the number of cameras")?;
+        within(
+            "sensor.least_views",
+            self.least_views as f32,
+            [1.0, cameras as f32],
+            "1 to the number of cameras",
+        )?;
         for (key, value) in [
             ("sensor.depth_noise_sd_m", self.depth_noise_sd_m),
             ("sensor.lateral_noise_sd_m", self.lateral_noise_sd_m),
@@ -96,32 +103,43 @@ impl Uav {
         seed: SeedTree,
     ) -> Result<Scan, SynthError> {
         let turn = seed.child("flight", 0).rng().random_range(0.0..std::f32::consts::TAU);
-        let cameras = cameras(&self.rings, self.altitude_m, &targets.bounds, resolved.pixel_m(), turn);
+        let cameras =
+            cameras(&self.rings, self.altitude_m, &targets.bounds, resolved.pixel_m(), turn);
         let positions: Vec<Vec3> = cameras.iter().map(|c| c.position).collect();
         let wanted = resolved.target_points;
         let surface = seed.child("surface", 0);
         let seen = match visibility {
             Visibility::Exact => {
-                let maps: Vec<_> =
-                    cameras.into_par_iter().map(|c| RangeMap::render(c, targets).without_triangles()).collect();
+                let maps: Vec<_> = cameras
+                    .into_par_iter()
+                    .map(|c| RangeMap::render(c, targets).without_triangles())
+                    .collect();
                 seen_points(targets, &maps, self.least_views, wanted, surface)
             }
-            Visibility::Katz => seen_points_by_removal(targets, &positions, self.least_views, wanted, surface)?,
+            Visibility::Katz => {
+                seen_points_by_removal(targets, &positions, self.least_views, wanted, surface)?
+            }
         };
         let occlusion = occlusion(&seen.points.owner, seen.view.iter().map(Option::is_some));
 
         let mut rng = seed.child("noise", 0).rng();
-        let chosen = thinned((0..seen.view.len()).filter(|&i| seen.view[i].is_some()).collect(), wanted, &mut rng);
+        let chosen = thinned(
+            (0..seen.view.len()).filter(|&i| seen.view[i].is_some()).collect(),
+            wanted,
+            &mut rng,
+        );
         let surface: Vec<Vec3> = chosen.iter().map(|&i| seen.points.position[i]).collect();
         let owner: Vec<u32> = chosen.iter().map(|&i| seen.points.owner[i]).collect();
-        let mut points: Vec<(Vec3, u32)> = self.rounded(&surface).into_iter().zip(owner.iter().copied()).collect();
+        let mut points: Vec<(Vec3, u32)> =
+            self.rounded(&surface).into_iter().zip(owner.iter().copied()).collect();
         for ((point, _), &i) in points.iter_mut().zip(&chosen) {
             let view = seen.view[i].expect("only seen points are chosen");
             let sight = (*point - positions[view as usize]).normalize();
             *point += self.noise(sight, &mut rng);
         }
         self.add_webs(&surface, &owner, &mut points, &mut rng);
-        let drift = Drift::new(self.drift_sd_m, self.drift_length_m, &mut seed.child("drift", 0).rng());
+        let drift =
+            Drift::new(self.drift_sd_m, self.drift_length_m, &mut seed.child("drift", 0).rng());
         for (point, _) in &mut points {
             point.z += drift.at(*point);
         }
@@ -156,12 +174,19 @@ impl Uav {
     }
 
     /// Points between two blocks that nearly touch; they lie on neither.
-    fn add_webs(&self, surface: &[Vec3], owner: &[u32], points: &mut Vec<(Vec3, u32)>, rng: &mut impl Rng) {
+    fn add_webs(
+        &self,
+        surface: &[Vec3],
+        owner: &[u32],
+        points: &mut Vec<(Vec3, u32)>,
+        rng: &mut impl Rng,
+    ) {
         if self.web_gap_m == 0.0 || self.web_share == 0.0 {
             return;
         }
         let grid = PointGrid::new(surface, self.web_gap_m);
-        let chosen: Vec<usize> = (0..surface.len()).filter(|_| rng.random::<f32>() < self.web_share).collect();
+        let chosen: Vec<usize> =
+            (0..surface.len()).filter(|_| rng.random::<f32>() < self.web_share).collect();
         let across = |&i: &usize| {
             let mut nearest: Option<(f32, Vec3)> = None;
             grid.for_each_within(surface[i], self.web_gap_m, |j, q, distance2| {
@@ -217,7 +242,8 @@ impl Drift {
             .map(|_| {
                 let azimuth = rng.random_range(0.0..std::f32::consts::TAU);
                 // A wave of length L decorrelates over about L/4.
-                let number = std::f32::consts::TAU / (4.0 * length_m * rng.random_range(0.6..1.8_f32));
+                let number =
+                    std::f32::consts::TAU / (4.0 * length_m * rng.random_range(0.6..1.8_f32));
                 let phase = rng.random_range(0.0..std::f32::consts::TAU);
                 (Vec3::new(azimuth.cos(), azimuth.sin(), 0.0) * number, phase)
             })
@@ -226,6 +252,7 @@ impl Drift {
     }
 
     fn at(&self, p: Vec3) -> f32 {
-        self.waves.iter().map(|(number, phase)| (number.dot(p) + phase).cos()).sum::<f32>() * self.amplitude_m
+        self.waves.iter().map(|(number, phase)| (number.dot(p) + phase).cos()).sum::<f32>()
+            * self.amplitude_m
     }
 }

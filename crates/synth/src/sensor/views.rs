@@ -41,7 +41,11 @@ const TILE_M: f32 = 40.0;
 
 pub(super) fn check_rings(rings: &[Ring]) -> Result<(), SynthError> {
     if rings.is_empty() {
-        return Err(SynthError::BadValue { key: "sensor.rings", value: 0.0, why: "give at least one ring of cameras" });
+        return Err(SynthError::BadValue {
+            key: "sensor.rings",
+            value: 0.0,
+            why: "give at least one ring of cameras",
+        });
     }
     rings.iter().try_for_each(|ring| {
         within("sensor.rings.elevation_deg", ring.elevation_deg, [10.0, 90.0], "10 to 90 degrees")?;
@@ -50,7 +54,13 @@ pub(super) fn check_rings(rings: &[Ring]) -> Result<(), SynthError> {
 }
 
 /// Cameras of all rings, `altitude_m` above the top of the scene.
-pub(super) fn cameras(rings: &[Ring], altitude_m: f32, bounds: &Bounds, pixel_m: f32, turn_rad: f32) -> Vec<Camera> {
+pub(super) fn cameras(
+    rings: &[Ring],
+    altitude_m: f32,
+    bounds: &Bounds,
+    pixel_m: f32,
+    turn_rad: f32,
+) -> Vec<Camera> {
     let tiles = |axis: usize| {
         let size = bounds.size()[axis];
         let count = (size / TILE_M).ceil().max(1.0) as usize;
@@ -62,14 +72,21 @@ pub(super) fn cameras(rings: &[Ring], altitude_m: f32, bounds: &Bounds, pixel_m:
     let mut cameras = Vec::new();
     for y in tiles(1) {
         for x in tiles(0) {
-            let region = Bounds { min: Vec3::new(x[0], y[0], bounds.min.z), max: Vec3::new(x[1], y[1], bounds.max.z) };
+            let region = Bounds {
+                min: Vec3::new(x[0], y[0], bounds.min.z),
+                max: Vec3::new(x[1], y[1], bounds.max.z),
+            };
             for ring in rings {
                 let (sin, cos) = ring.elevation_deg.to_radians().sin_cos();
                 let distance = (altitude_m + region.size().z / 2.0) / sin;
                 for k in 0..ring.cameras {
                     let azimuth = turn_rad + std::f32::consts::TAU * k as f32 / ring.cameras as f32;
                     let out = Vec3::new(cos * azimuth.cos(), cos * azimuth.sin(), sin);
-                    cameras.push(Camera::looking_at(&region, region.centre() + out * distance, pixel_m));
+                    cameras.push(Camera::looking_at(
+                        &region,
+                        region.centre() + out * distance,
+                        pixel_m,
+                    ));
                 }
             }
         }
@@ -94,7 +111,12 @@ pub(super) fn seen_points(
 ) -> Seen {
     let blocks = targets.block_count() as f32;
     let mut per_m2 = (SAMPLES_PER_BLOCK * blocks).max(wanted as f32) / targets.area_m2();
-    let mut seen = look(targets.sample(per_m2, seed.child("sample", 0)), maps, least_views, seed.child("view", 0));
+    let mut seen = look(
+        targets.sample(per_m2, seed.child("sample", 0)),
+        maps,
+        least_views,
+        seed.child("view", 0),
+    );
     // The share seen so far says how many more samples are needed; a few per cent extra make up for chance.
     for round in 1..6 {
         let visible = seen.view.iter().flatten().count();
@@ -102,8 +124,12 @@ pub(super) fn seen_points(
             break;
         }
         let more = per_m2 * ((wanted as f32 * 1.03 / visible as f32) - 1.0).clamp(0.05, 8.0);
-        let next =
-            look(targets.sample(more, seed.child("sample", round)), maps, least_views, seed.child("view", round));
+        let next = look(
+            targets.sample(more, seed.child("sample", round)),
+            maps,
+            least_views,
+            seed.child("view", round),
+        );
         per_m2 += more;
         seen.points.append(next.points);
         seen.view.extend(next.view);
@@ -140,7 +166,12 @@ pub(super) fn seen_points_by_removal(
     Ok(Seen { points, view })
 }
 
-fn look(points: SurfacePoints, maps: &[RangeMap<Camera>], least_views: u16, seed: SeedTree) -> Seen {
+fn look(
+    points: SurfacePoints,
+    maps: &[RangeMap<Camera>],
+    least_views: u16,
+    seed: SeedTree,
+) -> Seen {
     let start = seed.value() as usize;
     let look = |i: usize| {
         // Views in rotated order: the first that sees the point is an even draw, and the search may stop early.
@@ -148,7 +179,8 @@ fn look(points: SurfacePoints, maps: &[RangeMap<Camera>], least_views: u16, seed
         let order = (0..maps.len()).map(|k| (k + shift) % maps.len());
         let mut seeing = order.filter(|&k| maps[k].sees(points.position[i], points.normal[i]));
         let first = seeing.next()?;
-        (seeing.take(usize::from(least_views) - 1).count() + 1 >= usize::from(least_views)).then_some(first as u16)
+        (seeing.take(usize::from(least_views) - 1).count() + 1 >= usize::from(least_views))
+            .then_some(first as u16)
     };
     let view = (0..points.position.len()).into_par_iter().map(look).collect();
     Seen { points, view }

@@ -1,11 +1,11 @@
-//! The signs of an accepted block: what speaks for and against it in the company it is stated in.
+//! The features of an accepted block: what speaks for and against it in the context it is stated in.
 //!
 //! In: the accepted blocks at their final poses with their points, and every candidate there was. Out: the numbers that
 //! the confidence is a function of.
 
 use crate::EvidenceConfig;
 use crate::acceptance::{Candidate, overlap_tolerance_m};
-use crate::confidence::Signs;
+use crate::confidence::Features;
 use crate::evidence::{Evidence, shared_inside, weigh};
 use crate::finish::{Accepted, distance_m, fit_points};
 use crate::measured::Measured;
@@ -26,7 +26,7 @@ const FLATTER: f32 = 0.7;
 const GOES_ON: f32 = 0.5;
 
 /// Everything a block is compared with.
-pub struct Company<'a> {
+pub struct Context<'a> {
     blocks: &'a [Accepted],
     pool: &'a [Candidate],
     templates: &'a [Template<'a>],
@@ -35,7 +35,7 @@ pub struct Company<'a> {
     typical_m: f32,
 }
 
-impl<'a> Company<'a> {
+impl<'a> Context<'a> {
     /// `points`: survey points of each block.
     pub fn new(
         survey: &Survey,
@@ -64,15 +64,15 @@ impl<'a> Company<'a> {
         Self { blocks, pool, templates, measured, typical_m }
     }
 
-    /// The signs of a block at its final pose, on its own points, from which the surface is off by `distance_m`.
-    pub fn signs(
+    /// The features of a block at its final pose, on its own points, from which the surface is off by `distance_m`.
+    pub fn features(
         &self,
         block: &Accepted,
         points: &[u32],
         distance_m: f32,
         covariance: Option<&[f32; 36]>,
         config: &EvidenceConfig,
-    ) -> Signs {
+    ) -> Features {
         let template = &self.templates[block.template];
         let case = weigh(template, &block.at, self.measured, config);
         let own = self.measured.working(points);
@@ -85,9 +85,10 @@ impl<'a> Company<'a> {
             }
         }
         let sd = |k: std::ops::Range<usize>| {
-            covariance.map_or(f32::INFINITY, |c| k.map(|i| c[i * 7].max(0.0).sqrt()).fold(0.0, f32::max))
+            covariance
+                .map_or(f32::INFINITY, |c| k.map(|i| c[i * 7].max(0.0).sqrt()).fold(0.0, f32::max))
         };
-        Signs {
+        Features {
             area: area_m2 / case.unit_m2,
             fit: weight / (count as f32).max(1.0),
             own: count as f32 / (case.explained.len() as f32).max(1.0),
@@ -130,7 +131,13 @@ impl<'a> Company<'a> {
         self.blocks
             .iter()
             .filter(|o| !std::ptr::eq(*o, block) && o.gain > block.gain)
-            .map(|o| shared_inside((&self.templates[o.template], &o.at), (template, &block.at), tolerance_m))
+            .map(|o| {
+                shared_inside(
+                    (&self.templates[o.template], &o.at),
+                    (template, &block.at),
+                    tolerance_m,
+                )
+            })
             .fold(0.0, f32::max)
     }
 
@@ -138,9 +145,11 @@ impl<'a> Company<'a> {
     /// Near 1 where the points do not tell one from the other: a cube of which one face and no edge is seen.
     fn rival(&self, block: &Accepted, case: &Evidence, own: &[u32]) -> f32 {
         let template = &self.templates[block.template];
-        let (shift_m, turn_rad) = (ANOTHER * 0.1 * template.model.d_box_m, ANOTHER * 5.0_f32.to_radians());
+        let (shift_m, turn_rad) =
+            (ANOTHER * 0.1 * template.model.d_box_m, ANOTHER * 5.0_f32.to_radians());
         let worth = |e: &Evidence| {
-            let explained: f32 = e.explained.iter().filter(|x| own.binary_search(&x.0).is_ok()).map(|x| x.1).sum();
+            let explained: f32 =
+                e.explained.iter().filter(|x| own.binary_search(&x.0).is_ok()).map(|x| x.1).sum();
             explained * e.point_area_m2 - e.against_m2
         };
         let stated = worth(case);
