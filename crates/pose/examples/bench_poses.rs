@@ -372,10 +372,10 @@ fn signs_of(
             e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
         });
         let kind = right.is_some_and(|t| t.placed.model == r.model);
-        let features: Vec<String> = features.terms().iter().map(|f| format!("{f:.5}")).collect();
+        let terms: Vec<String> = features.terms().iter().map(|f| format!("{f:.5}")).collect();
         let (place, kind, margin) =
             (u8::from(right.is_some()), u8::from(kind), features.type_margin);
-        writeln!(out, "{set},{segments},{place},{kind},{margin},{}", features.join(" "))
+        writeln!(out, "{set},{segments},{place},{kind},{margin},{}", terms.join(" "))
             .expect("SIGNS can be written");
     }
 }

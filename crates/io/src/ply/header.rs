@@ -148,7 +148,9 @@ pub fn read(input: &mut Input) -> Result<Header, IoError> {
         match words.as_slice() {
             ["ply"] if line == 1 => {}
             _ if line == 1 => {
-                return Err(input.malformed(Place::Line(1), "a PLY file starts with the line `ply`"));
+                return Err(
+                    input.malformed(Place::Line(1), "a PLY file starts with the line `ply`")
+                );
             }
             ["format", kind, _] => {
                 encoding = Some(match *kind {
