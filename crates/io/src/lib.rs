@@ -21,6 +21,7 @@ pub mod landxml;
 pub mod las;
 pub mod manifest;
 pub mod mesh;
+pub mod not_judged_csv;
 pub mod obj;
 pub mod pcd;
 pub mod placements_csv;

@@ -5,7 +5,6 @@ pub mod fitting;
 pub mod instances;
 pub mod occlusion;
 pub mod packing;
-pub mod pose_error;
 pub mod poses;
 pub mod surface_distance;
 
@@ -17,6 +16,5 @@ pub use fitting::{Fitting, fitting, model_distances_m};
 pub use instances::{DetectionCounts, InstanceScene, iou_pairs, precision_recall, without_hidden};
 pub use occlusion::occlusion_rate;
 pub use packing::{expected_blocks, packing_density_per_m2, porosity};
-pub use pose_error::{PoseError, pose_error};
 pub use poses::{PoseCriteria, PoseScore, TrueBlock, score_poses};
 pub use surface_distance::{SurfaceMoments, surface_distance_m};
