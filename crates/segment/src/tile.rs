@@ -57,7 +57,7 @@ impl Default for Targets {
 }
 
 impl Targets {
-    /// s = 1 − (‖p − c‖ / d_max)², clipped to [0, 1]; 0 off the blocks (Eq. 2.7).
+    /// s = 1 − (‖p − c‖ / d_max)², clipped to [0, 1]; 0 off the blocks (Eq. 2.5).
     pub fn centre_score(&self) -> Vec<f32> {
         self.instance
             .iter()
