@@ -5,15 +5,15 @@ pub mod checkpoint;
 pub mod graph_backbone;
 pub mod graph_convolution;
 pub mod neighbourhood;
+pub mod prelude;
 pub mod processor;
 pub mod replicas;
 pub mod residual;
 pub mod schedule;
 mod small_gemm;
+pub mod training;
 pub mod weights;
 
-/// The library itself, for the stages that define a network.
-pub use burn;
 pub use checkpoint::{Checkpoint, CheckpointError, Curve};
 pub use graph_backbone::{BackboneConfig, GraphBackbone, Trace};
 pub use graph_convolution::{GraphConvolution, floats};
@@ -21,4 +21,5 @@ pub use neighbourhood::Neighbourhood;
 pub use processor::{Processor, ProcessorError};
 pub use replicas::Replicas;
 pub use residual::{ResNet, ResNetConfig, ResNetDepth};
+pub use training::{Schedule, Task, Training, TrainingError};
 pub use weights::WeightsError;

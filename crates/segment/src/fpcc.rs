@@ -5,18 +5,27 @@
 //! neighbours in feature space; joined, a global maximum, two heads. The authors' frozen batch normalisation is left
 //! out, not copied. Runs as tensor operations on any device.
 
-use crate::fpccv2::Output;
+use crate::loss::{LossReport, loss};
+use crate::network::{Design, Inference, Weighted};
+use crate::output::Output;
+use crate::tile::{Targets, ThinScene};
+use crate::train::TrainConfig;
 use geom::{Bounds, SeedTree, Vec3, knn};
-use net::burn::nn::{Linear, LinearConfig};
-use net::burn::tensor::activation::{relu, sigmoid};
-use net::burn::tensor::{Device, Int, Tensor, TensorData};
-use net::burn::{self, module::Module};
 use net::floats;
+use net::prelude::{
+    Device, GradientsParams, Int, Linear, LinearConfig, Module, Tensor, TensorData, burn, relu,
+    sigmoid,
+};
+use rand::RngExt;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
 /// Neighbours of an edge convolution, the point itself included.
 const K: usize = 20;
+/// Widest piece shown in training, d_max: as wide as the pieces of a survey.
+const WIDEST_PIECE: f32 = 10.0;
+/// The narrowest, in parts of the widest: free choice, so that a scene's extent, which the input is divided by, varies.
+const NARROWEST_PIECE: f32 = 0.6;
 
 /// Sizes of the network; the thesis' by default.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,6 +63,11 @@ pub fn inputs_in(position: &[Vec3], bounds: &Bounds) -> Vec<[f32; 6]> {
             [q.x, q.y, q.z, r.x, r.y, r.z]
         })
         .collect()
+}
+
+/// The same for a training tile.
+fn inputs_of(tile: &Targets) -> Vec<[f32; 6]> {
+    inputs_in(&tile.position, &tile.bounds)
 }
 
 /// Every point of the scene once, in random batches of `size`; the last batch is filled up with points already drawn.
@@ -185,6 +199,60 @@ impl Fpcc {
     }
 }
 
+impl Design for FpccConfig {
+    type Weights = Fpcc;
+
+    fn fresh(&self, device: &Device) -> Fpcc {
+        Fpcc::new(self, device)
+    }
+
+    fn fault(&self) -> Option<&'static str> {
+        (self.batch_points == 0).then_some("the network's batches are empty")
+    }
+
+    fn matrix_weights(&self) -> u128 {
+        let [first, second] = self.joined;
+        [(self.edge, self.edge), (self.edge, self.global), (self.global, first), (first, second)]
+            .into_iter()
+            .fold(0, |sum: u128, (a, b)| sum.saturating_add(a as u128 * b as u128))
+    }
+
+    /// Points drawn from a piece as wide as a scene.
+    fn cut(
+        &self,
+        scene: &ThinScene,
+        config: &TrainConfig,
+        mirror: bool,
+        seed: SeedTree,
+    ) -> Targets {
+        let edge = seed.child("edge", 0).rng().random_range(NARROWEST_PIECE..1.0) * WIDEST_PIECE;
+        scene.sample(self.batch_points, edge, config.margin, mirror, seed)
+    }
+
+    fn gradients(
+        &self,
+        weights: &Fpcc,
+        tile: &Targets,
+        config: &TrainConfig,
+        share: f32,
+        device: &Device,
+    ) -> (GradientsParams, LossReport) {
+        let output = weights.forward(&inputs_of(tile), device).into();
+        let (total, report) = loss(output, tile, &config.loss, device);
+        (GradientsParams::from_grads((total * share).backward(), weights), report)
+    }
+
+    fn loss(&self, weights: &Fpcc, tile: &Targets, config: &TrainConfig) -> LossReport {
+        let device = Device::flex();
+        let output = weights.forward(&inputs_of(tile), &device).into();
+        loss(output, tile, &config.loss, &device).1
+    }
+
+    fn inference(weighted: &Weighted<Self>) -> Inference<'_> {
+        Inference::OwnClusters(weighted)
+    }
+}
+
 /// The `k` rows nearest to each row of `x`, itself included; row-major `[n · k]`, ties to the lower index.
 fn nearest_features(x: Tensor<2>, k: usize) -> Vec<u32> {
     let x = x.detach();
@@ -212,7 +280,6 @@ fn nearest_features(x: Tensor<2>, k: usize) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::RngExt;
 
     #[test]
     fn batches_use_every_point_once_before_filling_up() {

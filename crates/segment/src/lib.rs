@@ -13,6 +13,7 @@ mod infer;
 pub mod loss;
 pub mod model;
 mod network;
+pub mod output;
 mod shipped;
 pub mod stage;
 pub mod tile;
