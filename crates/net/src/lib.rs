@@ -10,6 +10,9 @@ pub mod replicas;
 pub mod residual;
 pub mod schedule;
 mod small_gemm;
+pub mod sparse_convolution;
+pub mod sparse_unet;
+pub mod voxels;
 pub mod weights;
 
 /// The library itself, for the stages that define a network.
@@ -21,4 +24,6 @@ pub use neighbourhood::Neighbourhood;
 pub use processor::{Processor, ProcessorError};
 pub use replicas::Replicas;
 pub use residual::{ResNet, ResNetConfig, ResNetDepth};
+pub use sparse_unet::{SparseUnet, UnetConfig, UnetTrace};
+pub use voxels::Voxels;
 pub use weights::WeightsError;
