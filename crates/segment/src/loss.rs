@@ -2,11 +2,10 @@
 //!
 //! Lengths are in units of d_max. Where the thesis and its authors' code differ, both readings can be chosen.
 
-use crate::fpccv2::Output;
+use crate::output::Output;
 use crate::tile::Targets;
-use net::burn::tensor::activation::{relu, softplus};
-use net::burn::tensor::{Device, Int, Tensor, TensorData};
 use net::floats;
+use net::prelude::{Device, Int, Tensor, TensorData, relu, softplus};
 use serde::{Deserialize, Serialize};
 
 /// How the distance between two embeddings enters the pair loss.
@@ -237,7 +236,7 @@ fn spread(weight: &[f32], count: usize) -> Vec<usize> {
 mod tests {
     use super::*;
     use geom::{Bounds, SeedTree, Vec3};
-    use net::burn::tensor::Shape;
+    use net::prelude::Shape;
     use rand::RngExt;
 
     const N: usize = 12;

@@ -1,6 +1,6 @@
 //! Multibeam echo sounder: a boat passes several times; every ping is a fan of beams with a footprint.
 //!
-//! What the model holds, and where the defaults come from (SENSORS: a real R2Sonic 2026 file over a flat bed):
+//! What the model holds, and where the defaults come from (METHOD §1.1: a real R2Sonic 2026 file over a flat bed):
 //! - beams of 1.0° × 0.5°; nine sub-rays each, weighted by the beam pattern and by cos² of the incidence;
 //! - steep beams take the first strong return (30 % quantile of the weighted ranges), flat ones the range at the
 //!   beam's axis (phase detection), in between by chance;
