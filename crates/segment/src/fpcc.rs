@@ -25,6 +25,13 @@ const WIDEST_PIECE: f32 = 10.0;
 /// The narrowest, in parts of the widest: free choice, so that a scene's extent, which the input is divided by, varies.
 const NARROWEST_PIECE: f32 = 0.6;
 
+/// The thesis' number of neighbours: files written before it could be set do not hold it.
+const NEIGHBOURS: usize = 20;
+
+fn is_the_thesis(neighbours: &usize) -> bool {
+    *neighbours == NEIGHBOURS
+}
+
 /// Sizes of the network; the thesis' by default.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -38,12 +45,19 @@ pub struct FpccConfig {
     /// Features of the two layers after it.
     pub joined: [usize; 2],
     /// Neighbours K of an edge convolution, the point itself included.
+    #[serde(skip_serializing_if = "is_the_thesis")]
     pub neighbours: usize,
 }
 
 impl Default for FpccConfig {
     fn default() -> Self {
-        Self { batch_points: 4096, edge: 64, global: 1024, joined: [512, 256], neighbours: 20 }
+        Self {
+            batch_points: 4096,
+            edge: 64,
+            global: 1024,
+            joined: [512, 256],
+            neighbours: NEIGHBOURS,
+        }
     }
 }
 

@@ -40,6 +40,11 @@ macro_rules! architectures {
                 }
             }
 
+            /// A number that no such network can have, if there is one.
+            pub fn fault(&self) -> Option<&'static str> {
+                self.design().fault()
+            }
+
             /// What it can do.
             pub(crate) fn design(&self) -> &dyn Architecture {
                 match self {

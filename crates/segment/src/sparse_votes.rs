@@ -166,7 +166,7 @@ impl TileVotes for Weighted<SparseVotesConfig> {
         for first in (0..tile.core).step_by(BLOCK) {
             let last = (first + BLOCK).min(tile.core);
             let rows = features[first * wide..last * wide].to_vec();
-            let x = Tensor::from_data(TensorData::new(rows, [last - first, wide]), &device);
+            let x = Tensor::<2>::from_data(TensorData::new(rows, [last - first, wide]), &device);
             let x = relu(self.weights.mix.forward(x));
             let vote = floats(self.weights.vote.forward(x.clone()));
             for (v, slot) in vote.chunks_exact(5).zip(first..last) {

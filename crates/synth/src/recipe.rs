@@ -50,6 +50,9 @@ pub struct Recipe {
     /// Piles dropped before giving up.
     #[serde(default = "twenty")]
     pub most_attempts: u32,
+    /// What a training on these scenes should differ in; read by the training, unknown here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train: Option<toml::Table>,
     /// Blocks, as in `catalog.toml`; a recipe used with another catalogue leaves this out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catalog: Option<CatalogSpec>,
