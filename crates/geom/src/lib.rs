@@ -33,7 +33,7 @@ pub use knn::{KnnTable, knn};
 pub use mesh::{MeshError, TriMesh};
 pub use mesh_query::MeshQuery;
 pub use normals::normals;
-pub use observer::{Event, Observer, Silent, Warning};
+pub use observer::{Event, Observer, PartState, Silent, Warning};
 pub use plane::{Plane, find_plane, find_walls};
 pub use point_grid::PointGrid;
 pub use sdf::DistanceField;

@@ -4,6 +4,7 @@
 //! the line or record in every error, and repair nothing. Writers put a file aside and rename it when it is whole.
 
 pub mod atomic;
+pub mod block_points_csv;
 pub mod blocks_csv;
 pub mod covariance_csv;
 pub mod design_file;

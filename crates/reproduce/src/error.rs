@@ -21,8 +21,6 @@ pub enum ReproduceError {
     #[error(transparent)]
     Placement(#[from] placement::PlacementError),
     #[error(transparent)]
-    Pipeline(#[from] pipeline::PipelineError),
-    #[error(transparent)]
     Metrics(#[from] metrics::MetricsError),
     #[error("{file}: {source}")]
     File { file: String, source: std::io::Error },

@@ -1,4 +1,4 @@
-//! A reviewer's decisions, honoured: what a person decided about a block stands, and every difference is said.
+//! A reviewer's decisions, applied: what a person decided about a block stands, and every difference is said.
 //!
 //! In: decisions with places, the blocks of this run. Out: the blocks as decided, and what each decision changed. A decision belongs to the block
 //! whose centre lies nearest its own, within a quarter of a block.
@@ -8,19 +8,13 @@ use scene::{
     Catalog, Decision, Fit, InstanceId, ModelId, PoseLimits, PosedModel, Recognised, Review,
     ReviewedBlock, SiteFrame, Verdict,
 };
-use serde::Serialize;
 
 /// Moved by less than this share of the longest edge, the pose is the reviewed one.
 const SAME_MOVE: f32 = 0.01;
 
 /// What one decision did to the blocks of this run.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// The block's number in the run that was reviewed.
-    pub reviewed_block_id: u32,
-    /// The decision.
-    #[serde(rename = "verdict")]
-    pub decision: Decision,
     /// The block's number in this run; `None`: it has none.
     pub block_id: Option<u32>,
     /// What this run saw otherwise; empty: it agrees.
@@ -56,7 +50,7 @@ pub enum ReviewError {
 }
 
 /// Applies the decisions; returns what each did. Deterministic: decisions in the order of the file.
-pub fn honour(
+pub fn apply(
     review: &Review,
     catalog: &Catalog,
     frame: &SiteFrame,
@@ -100,12 +94,7 @@ pub fn honour(
                 Some(number)
             }
         };
-        changes.push(Change {
-            reviewed_block_id: said.block_id,
-            decision: said.decision,
-            block_id,
-            changed,
-        });
+        changes.push(Change { block_id, changed });
     }
     Ok(changes)
 }
@@ -281,10 +270,11 @@ mod tests {
                 said(8, Decision::Rejected, "tetrapod", 20.0),
             ],
         };
-        let changes = honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
+        let changes = apply(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
         let told: Vec<_> = changes
             .iter()
-            .map(|c| (c.reviewed_block_id, c.block_id, c.changed.join(", ")))
+            .zip(&review.blocks)
+            .map(|(c, said)| (said.block_id, c.block_id, c.changed.join(", ")))
             .collect();
         let expected = [
             (1, Some(1), "not judged by this run, moved by 0.100 m"),
@@ -318,7 +308,7 @@ mod tests {
         assert!(fits.iter().all(|f| f.confidence == Some(1.0) && f.covariance.is_none()));
         // Once more changes nothing.
         let before = blocks.clone();
-        honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
+        apply(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
         assert_eq!(blocks, before);
     }
 
@@ -327,7 +317,7 @@ mod tests {
         let (catalog, frame) = (catalog(), frame());
         let fails = |format, block: ReviewedBlock| {
             let review = Review { format, reviewer: String::new(), blocks: vec![block] };
-            honour(&review, &catalog, &frame, &mut Vec::new(), &Silent).unwrap_err().to_string()
+            apply(&review, &catalog, &frame, &mut Vec::new(), &Silent).unwrap_err().to_string()
         };
         assert!(fails(2, said(1, Decision::Accepted, "cube", 0.0)).contains("format 2"));
         assert!(

@@ -1,23 +1,24 @@
-//! `tsumu train placement`: background piles from a recipe, drops generated and tested on them, the network trained on these.
+//! `tsumu-lab train placement`: background piles from a recipe, drops generated and tested on them, the network trained on these.
 
-use crate::exit::{Exit, OrBadInput};
-use crate::progress::Terminal;
+use crate::train::whole;
 use anyhow::anyhow;
 use clap::Args;
+use console::Terminal;
 use geom::SeedTree;
 use net::ResNetDepth;
-use pipeline::PlacementLessons;
 use placement::{NetworkShape, RotationCode, SampleConfig, TrainConfig};
 use scene::{BlockModel, Catalog};
 use std::path::PathBuf;
+use teach::PlacementLessons;
+use tsumu::{Error, Job, Result};
 
-/// `tsumu train placement`.
+/// `tsumu-lab train placement`.
 #[derive(Debug, Args)]
 pub struct PlacementTraining {
     /// Recipe of the background piles
     #[arg(value_name = "RECIPE")]
     recipe: PathBuf,
-    /// Folder for the data, the model, its curve and checkpoints; one that exists is gone on with
+    /// Folder for the data, the model, its curve and checkpoints; an existing one is resumed
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
     /// Catalogue, for a recipe that names no blocks
@@ -85,37 +86,33 @@ enum Rotation {
 }
 
 /// Runs the stage.
-pub fn train_placement(args: &PlacementTraining, terminal: &Terminal) -> Result<(), Exit> {
-    let (recipe, catalog) =
-        super::train::recipe(&args.recipe, args.catalog.as_deref()).or_bad_input()?;
-    let block = block(args, &catalog)?;
-    let config = config(args, format!("{} on piles of {}", block.name, recipe.name));
+pub fn train_placement(args: &PlacementTraining, terminal: &Terminal, job: &Job) -> Result<()> {
+    let inputs = tsumu::read_recipe(&args.recipe, args.catalog.as_deref(), job)?;
+    let block = block(args, &inputs.catalog)?;
+    let config = config(args, format!("{} on piles of {}", block.name, inputs.recipe.name));
     let seed = SeedTree::new(args.seed);
-    let lessons = PlacementLessons { recipe: &recipe, catalog: &catalog, block };
+    let lessons = PlacementLessons { recipe: &inputs.recipe, catalog: &inputs.catalog, block };
     let [samples, held_out] =
-        lessons.samples(&config, &args.out.join("data"), seed, terminal).or_bad_input()?;
-    let stayed = |s: &[placement::Sample]| s.iter().map(|s| s.good.len()).sum::<usize>();
+        lessons.samples(&config, &args.out.join("data"), seed, job).map_err(Error::bad_input)?;
     terminal.say(format!(
         "{} windows with {} good drops to learn from, {} windows to judge by",
         samples.len(),
-        stayed(&samples),
+        samples.iter().map(|s| s.good.len()).sum::<usize>(),
         held_out.len()
     ));
     if args.data_only {
         return Ok(());
     }
-    let trained = placement::train(
-        &samples,
-        &held_out,
-        block,
-        &config,
-        &args.out,
-        seed.child("placement", 0),
-        terminal,
-    )
-    .or_bad_input()?;
+    let seed = seed.child("placement", 0);
+    let trained = placement::train(&samples, &held_out, block, &config, &args.out, seed, job)
+        .map_err(Error::bad_input)?;
+    terminal.say(errors(args, &trained, block));
+    whole(trained.steps, args.steps)
+}
+
+fn errors(args: &PlacementTraining, trained: &placement::Trained, block: &BlockModel) -> String {
     let e = trained.errors;
-    terminal.say(format!(
+    format!(
         "{} of {} steps; {} held-out windows: surest answer off by {:.1}° and {:.2} m, nearest of {} by {:.1}° and {:.2} m. {}",
         trained.steps,
         args.steps,
@@ -126,23 +123,17 @@ pub fn train_placement(args: &PlacementTraining, terminal: &Terminal) -> Result<
         e.nearest_rotation_rad.to_degrees(),
         e.nearest_displacement * block.d_box_m,
         args.out.join("model.safetensors").display()
-    ));
-    if trained.steps < args.steps {
-        return Err(Exit::failed(anyhow!(
-            "stopped at a checkpoint; the same command goes on from there"
-        )));
-    }
-    Ok(())
+    )
 }
 
-fn block<'a>(args: &PlacementTraining, catalog: &'a Catalog) -> Result<&'a BlockModel, Exit> {
+fn block<'a>(args: &PlacementTraining, catalog: &'a Catalog) -> Result<&'a BlockModel> {
     let found = match &args.block {
         Some(name) => catalog.find(name),
         None => catalog.iter().last().map(|(id, _)| id),
     };
     let asked = args.block.as_deref().unwrap_or("");
     let id = found
-        .ok_or_else(|| Exit::bad_input(anyhow!("--block `{asked}` is not in the catalogue")))?;
+        .ok_or_else(|| Error::bad_input(anyhow!("--block `{asked}` is not in the catalogue")))?;
     Ok(catalog.get(id))
 }
 

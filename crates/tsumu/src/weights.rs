@@ -1,6 +1,7 @@
 //! Which weights a run uses.
 
-use crate::exit::{Exit, OrBadInput};
+use crate::error::OrBadInput;
+use crate::{Error, Result};
 use anyhow::{Context, anyhow};
 use geom::{Event, Observer, Warning};
 use io::manifest::{Entry, Manifest};
@@ -15,31 +16,44 @@ use std::path::{Path, PathBuf};
 const MODEL_FILE: &str = "model.safetensors";
 
 /// Weights and where they come from.
-pub struct Chosen {
+pub(crate) struct Chosen {
     /// The weights.
     pub model: SegmentModel,
-    /// One line for people and manifests.
-    pub origin: String,
-    /// Size and hash of the user's file; the shipped ones are part of the program.
-    file: Option<Entry>,
+    /// What a result says of them.
+    pub origin: WeightsOrigin,
 }
 
-impl Chosen {
-    /// Which weights a result comes from.
-    pub fn record(&self, manifest: &mut Manifest) {
-        manifest.notes.insert("weights".into(), self.origin.as_str().into());
+/// Which weights a result comes from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WeightsOrigin {
+    /// One line for people and manifests.
+    pub line: String,
+    /// Size and hash of the user's file; the shipped ones are part of the program.
+    pub file: Option<Entry>,
+}
+
+impl WeightsOrigin {
+    pub(crate) fn record(&self, manifest: &mut Manifest) {
+        manifest.notes.insert("weights".into(), self.line.as_str().into());
         if let Some(file) = &self.file {
             manifest.notes.insert("weights_file".into(), json!(file));
         }
     }
+
+    pub(crate) fn of(manifest: &Manifest) -> Self {
+        let line = manifest.notes.get("weights").and_then(|v| v.as_str()).unwrap_or_default();
+        let file = manifest.notes.get("weights_file").cloned();
+        let file = file.and_then(|v| serde_json::from_value(v).ok());
+        Self { line: line.into(), file }
+    }
 }
 
 /// The user's weights (a file, or the folder of a training), or the shipped ones that suit the catalogue.
-pub fn choose(
+pub(crate) fn choose(
     path: Option<&Path>,
     catalog: &Catalog,
     observer: &dyn Observer,
-) -> Result<Chosen, Exit> {
+) -> Result<Chosen> {
     let (model, from, file) = match path {
         Some(path) if is_shipped(path) => (load(path)?, "shipped", None),
         Some(path) => (load(path)?, "of your own", Some(io::manifest::entry(&weights_file(path))?)),
@@ -48,11 +62,11 @@ pub fn choose(
     let description = &model.description;
     let origin = format!("{} ({from}, {} steps)", description.name, description.steps);
     observer.event(Event::Noted { stage: "segment", message: format!("weights: {origin}") });
-    Ok(Chosen { model, origin, file })
+    Ok(Chosen { model, origin: WeightsOrigin { line: origin, file } })
 }
 
 /// Shipped weights by name, a weights file, or the folder of a training.
-pub fn load(path: &Path) -> Result<SegmentModel, Exit> {
+pub fn load(path: &Path) -> Result<SegmentModel> {
     if is_shipped(path) {
         let name = path.to_str().expect("shipped names are ASCII");
         return SegmentModel::shipped_as(name).expect("it was just found").or_bad_input();
@@ -67,16 +81,16 @@ fn is_shipped(path: &Path) -> bool {
 }
 
 /// The placement network of policy `network`: the user's, or the shipped one; `None` for the other policies.
-pub fn proposer(
+pub(crate) fn proposer(
     path: Option<&Path>,
     config: &PlanConfig,
     catalog: &Catalog,
     observer: &dyn Observer,
-) -> Result<Option<PlacementModel>, Exit> {
+) -> Result<Option<PlacementModel>> {
     if config.policy != Policy::Network {
         return match path {
             Some(_) => {
-                Err(Exit::bad_input(anyhow!("--placement-model goes with --policy network")))
+                Err(Error::bad_input(anyhow!("--placement-model goes with --policy network")))
             }
             None => Ok(None),
         };
@@ -115,15 +129,9 @@ pub fn proposer(
     Ok(Some(model))
 }
 
-/// Names the user's placement network in the manifest: a plan follows from it.
-pub fn record_proposer(path: Option<&Path>, manifest: &mut Manifest) -> Result<(), Exit> {
-    if let Some(path) = path {
-        manifest.notes.insert(
-            "placement_network_file".into(),
-            json!(io::manifest::entry(&weights_file(path))?),
-        );
-    }
-    Ok(())
+/// Size and hash of the user's placement network: a plan follows from it.
+pub(crate) fn proposer_file(path: Option<&Path>) -> Result<Option<Entry>> {
+    Ok(path.map(|path| io::manifest::entry(&weights_file(path))).transpose()?)
 }
 
 /// A training's folder or the file itself.

@@ -1,14 +1,14 @@
 //! A dataset folder of synthetic scenes: one folder a scene, each there whole or not at all.
 
-use crate::cmd::synth::Shard;
-use crate::exit::{Exit, OrBadInput};
-use crate::progress::Terminal;
+use crate::catalogue::RecipeInputs;
+use crate::error::OrBadInput;
+use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
 use geom::{Event, Observer, SeedTree};
 use io::blocks_csv::{self, BlockRow};
 use io::{RawCloud, atomic, points};
 use rayon::prelude::*;
-use scene::Catalog;
+use scene::{Catalog, CatalogSpec};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,14 +19,20 @@ use synth::{Recipe, SynthScene};
 const FORMAT: u32 = 1;
 
 /// Files that all scenes share, by their name in the dataset folder.
-pub type Shared = Vec<(PathBuf, Vec<u8>)>;
+type Shared = Vec<(PathBuf, Vec<u8>)>;
 
-/// Which scenes to make, and how.
-pub struct Order<'a> {
-    /// What they look like, catalogue included.
-    pub recipe: &'a Recipe,
-    /// Its block types.
-    pub catalog: &'a Catalog,
+/// Which scenes one process makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// This process, from 0.
+    pub index: u32,
+    /// Processes in all.
+    pub count: u32,
+}
+
+/// How many scenes to make.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DatasetOptions {
     /// Scenes in all.
     pub scenes: u32,
     /// Root of all random choices.
@@ -39,8 +45,28 @@ pub struct Order<'a> {
     pub preview: bool,
 }
 
+/// What became of the scenes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DatasetSummary {
+    /// Scenes made now.
+    pub made: usize,
+    /// Scenes that were there.
+    pub there: usize,
+    /// The list of all scenes, once no shard misses any.
+    pub index: Option<PathBuf>,
+}
+
+/// Which scenes to make, and how.
+struct Order<'a> {
+    /// What they look like, catalogue included.
+    recipe: &'a Recipe,
+    /// Its block types.
+    catalog: &'a Catalog,
+    options: &'a DatasetOptions,
+}
+
 /// The stream of one scene.
-pub fn seed(root: u64, scene: u32) -> SeedTree {
+pub(crate) fn seed(root: u64, scene: u32) -> SeedTree {
     SeedTree::new(root).child("synth", u64::from(scene))
 }
 
@@ -70,53 +96,79 @@ struct SceneFacts {
     sensor_positions: Vec<[f32; 3]>,
 }
 
-/// Makes the scenes that are not there yet.
-pub fn make(out: &Path, order: &Order, shared: Shared, terminal: &Terminal) -> Result<(), Exit> {
-    let claimed = claim(out, order, shared)?;
-    let made = make_missing(out, order, terminal);
-    if made.is_err() && !(0..order.scenes).any(|i| folder(out, i).is_dir()) {
+/// Makes the scenes that are not there yet. Errors: a bad order, a folder of another dataset, a recipe that gives no pile.
+pub fn make_dataset(
+    out: &Path,
+    inputs: &RecipeInputs,
+    options: &DatasetOptions,
+    job: &Job,
+) -> Result<DatasetSummary> {
+    check(options)?;
+    let (spec, shared) = with_meshes(&inputs.spec, &inputs.catalog_file)?;
+    let recipe = Recipe { catalog: Some(spec), ..inputs.recipe.clone() };
+    let order = Order { recipe: &recipe, catalog: &inputs.catalog, options };
+    let claimed = claim(out, &order, shared)?;
+    let made = job.install(|| make_missing(out, &order, job));
+    if made.is_err() && !(0..options.scenes).any(|i| folder(out, i).is_dir()) {
         // A recipe that gives no scene must not keep the folder from the next one.
         unclaim(out, &claimed);
     }
     made
 }
 
-fn make_missing(out: &Path, order: &Order, terminal: &Terminal) -> Result<(), Exit> {
-    let wanted: Vec<u32> =
-        (0..order.scenes).filter(|i| i % order.shard.count == order.shard.index).collect();
+fn check(options: &DatasetOptions) -> Result<()> {
+    if options.scenes == 0 {
+        return Err(Error::bad_input(anyhow!("--scenes 0: give at least 1")));
+    }
+    let [train, validation, test] = options.split;
+    let outside = options.split.iter().any(|s| !(0.0..=1.0).contains(s));
+    if outside || (train + validation + test - 1.0).abs() > 1e-6 {
+        return Err(Error::bad_input(anyhow!(
+            "--split {train},{validation},{test}: three shares from 0 to 1 that add up to 1"
+        )));
+    }
+    Ok(())
+}
+
+/// The catalogue with its meshes in the dataset folder, and those files.
+fn with_meshes(spec: &CatalogSpec, file: &Path) -> Result<(CatalogSpec, Shared)> {
+    let (mut spec, mut meshes) = (spec.clone(), Vec::new());
+    let beside = file.parent().unwrap_or(Path::new(""));
+    for (k, block) in spec.block.iter_mut().enumerate() {
+        let Some(mesh) = &mut block.mesh else { continue };
+        let from = beside.join(&*mesh);
+        let kind = from.extension().and_then(|e| e.to_str()).unwrap_or("mesh").to_lowercase();
+        *mesh = PathBuf::from(format!("meshes/{k}.{kind}"));
+        let bytes = fs::read(&from).with_context(|| from.display().to_string()).or_bad_input()?;
+        meshes.push((mesh.clone(), bytes));
+    }
+    Ok((spec, meshes))
+}
+
+fn make_missing(out: &Path, order: &Order, job: &Job) -> Result<DatasetSummary> {
+    let DatasetOptions { scenes, shard, .. } = *order.options;
+    let wanted: Vec<u32> = (0..scenes).filter(|i| i % shard.count == shard.index).collect();
     let missing: Vec<u32> = wanted.iter().copied().filter(|&i| !folder(out, i).is_dir()).collect();
     sweep(out, &missing)?;
-    terminal.event(Event::Started { stage: "synth", total: missing.len() as u64 });
+    job.event(Event::Started { stage: "synth", total: missing.len() as u64 });
     let done = AtomicU64::new(0);
     missing.par_iter().try_for_each(|&i| {
-        if terminal.cancelled() {
-            return Err(Exit::failed(anyhow!(
+        if job.cancelled() {
+            return Err(Error::stopped(anyhow!(
                 "stopped with {} of {} scenes made; the same command goes on from here",
                 done.load(Ordering::Relaxed),
                 missing.len()
             )));
         }
-        one(out, order, i, terminal)?;
+        one(out, order, i, job)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        terminal.event(Event::Advanced { stage: "synth", done });
+        job.event(Event::Advanced { stage: "synth", done });
         Ok(())
     })?;
-    terminal.event(Event::Finished { stage: "synth" });
-    let complete = (0..order.scenes).all(|i| folder(out, i).is_dir());
-    if complete {
-        index(out, order.scenes)?;
-    }
-    terminal.say(format!(
-        "{} scenes made, {} were there; {}",
-        missing.len(),
-        wanted.len() - missing.len(),
-        if complete {
-            format!("all {} are in {}", order.scenes, out.join("index.csv").display())
-        } else {
-            "other shards are still missing".to_owned()
-        }
-    ));
-    Ok(())
+    job.event(Event::Finished { stage: "synth" });
+    let complete = (0..scenes).all(|i| folder(out, i).is_dir());
+    let index = if complete { Some(index(out, scenes)?) } else { None };
+    Ok(DatasetSummary { made: missing.len(), there: wanted.len() - missing.len(), index })
 }
 
 /// Takes back what [`claim`] wrote. What cannot be removed stays: there is a better error to report.
@@ -130,14 +182,14 @@ fn unclaim(out: &Path, written: &[PathBuf]) {
 }
 
 /// Writes what all scenes share, or checks that the folder is one of this very dataset; the files it wrote.
-fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<Vec<PathBuf>, Exit> {
+fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<Vec<PathBuf>> {
     let mut written = Vec::new();
     let dataset = Dataset {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION"),
         recipe: &order.recipe.name,
-        seed: order.seed,
-        split: order.split,
+        seed: order.options.seed,
+        split: order.options.split,
     };
     let json = serde_json::to_string_pretty(&dataset).context("dataset.json")? + "\n";
     shared.push(("dataset.json".into(), json.into_bytes()));
@@ -147,7 +199,7 @@ fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<Vec<PathBuf>, 
         match fs::read(&path) {
             Ok(there) if there == bytes => {}
             Ok(_) => {
-                return Err(Exit::bad_input(anyhow!(
+                return Err(Error::bad_input(anyhow!(
                     "{} is of another recipe, catalogue, seed, split or version; choose another --out",
                     path.display()
                 )));
@@ -162,7 +214,7 @@ fn claim(out: &Path, order: &Order, mut shared: Shared) -> Result<Vec<PathBuf>, 
 }
 
 /// Removes what a killed run left of the scenes that are to be made again.
-fn sweep(out: &Path, missing: &[u32]) -> Result<(), Exit> {
+fn sweep(out: &Path, missing: &[u32]) -> Result<()> {
     let Ok(entries) = fs::read_dir(out.join("scenes")) else { return Ok(()) };
     for entry in entries {
         let path = entry.context("scenes")?.path();
@@ -183,24 +235,24 @@ fn folder(out: &Path, scene: u32) -> PathBuf {
 }
 
 /// Makes one scene beside its place and moves it there when it is whole.
-fn one(out: &Path, order: &Order, scene: u32, terminal: &Terminal) -> Result<(), Exit> {
-    let seed = seed(order.seed, scene);
+fn one(out: &Path, order: &Order, scene: u32, job: &Job) -> Result<()> {
+    let seed = seed(order.options.seed, scene);
     let made = synth::scene(order.recipe, order.catalog, seed)
         .with_context(|| format!("scene {scene}"))
         .or_bad_input()?;
     for reason in &made.redraws {
-        terminal.event(Event::Noted {
+        job.event(Event::Noted {
             stage: "synth",
             message: format!("scene {scene} was dropped again: {reason}"),
         });
     }
     let place = folder(out, scene);
     let aside = place.with_file_name(format!(".{scene:05}-{}.part", std::process::id()));
-    let written = write(&aside, &made, order, facts(&made, scene, seed, order.split));
+    let written = write(&aside, &made, order, facts(&made, scene, seed, order.options.split));
     let moved = written.and_then(|()| match fs::rename(&aside, &place) {
         // Another process has put the same scene there.
         Err(_) if place.is_dir() => Ok(()),
-        other => other.with_context(|| place.display().to_string()).map_err(Exit::failed),
+        other => other.with_context(|| place.display().to_string()).map_err(Error::failed),
     });
     if aside.exists() {
         fs::remove_dir_all(&aside).with_context(|| aside.display().to_string())?;
@@ -236,7 +288,7 @@ fn facts(
     }
 }
 
-fn write(to: &Path, made: &SynthScene, order: &Order, facts: SceneFacts) -> Result<(), Exit> {
+fn write(to: &Path, made: &SynthScene, order: &Order, facts: SceneFacts) -> Result<()> {
     let cloud = RawCloud {
         position: made
             .survey
@@ -257,7 +309,7 @@ fn write(to: &Path, made: &SynthScene, order: &Order, facts: SceneFacts) -> Resu
     blocks_csv::write_truth(&to.join("truth.csv"), &rows)?;
     let json = serde_json::to_string_pretty(&facts).context("scene.json")? + "\n";
     atomic::write_bytes(&to.join("scene.json"), json.as_bytes())?;
-    if order.preview {
+    if order.options.preview {
         atomic::write_bytes(
             &to.join("preview.png"),
             &synth::preview_png(made).context("preview.png")?,
@@ -267,7 +319,7 @@ fn write(to: &Path, made: &SynthScene, order: &Order, facts: SceneFacts) -> Resu
 }
 
 /// One line a scene, read from the scenes themselves, so that it does not matter who made them.
-fn index(out: &Path, scenes: u32) -> Result<(), Exit> {
+fn index(out: &Path, scenes: u32) -> Result<PathBuf> {
     let mut text = String::from("scene,folder,split,blocks,points,mean_occlusion,redraws\n");
     for i in 0..scenes {
         let path = folder(out, i).join("scene.json");
@@ -283,6 +335,24 @@ fn index(out: &Path, scenes: u32) -> Result<(), Exit> {
             facts.redraws.len()
         );
     }
-    atomic::write_bytes(&out.join("index.csv"), text.as_bytes())?;
-    Ok(())
+    let path = out.join("index.csv");
+    atomic::write_bytes(&path, text.as_bytes())?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_must_add_up() {
+        let said = |scenes, split| {
+            let shard = Shard { index: 0, count: 1 };
+            let options = DatasetOptions { scenes, seed: 1, shard, split, preview: false };
+            check(&options).err().map(|e| e.line())
+        };
+        assert_eq!(said(1, [0.8, 0.1, 0.1]), None);
+        assert!(said(1, [0.8, 0.3, 0.1]).unwrap().contains("add up to 1"));
+        assert!(said(0, [0.8, 0.1, 0.1]).unwrap().contains("at least 1"));
+    }
 }

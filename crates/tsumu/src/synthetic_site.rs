@@ -1,12 +1,13 @@
 //! A synthetic scene as a site folder: the survey in projected coordinates, the truth beside it.
 
-use crate::exit::Exit;
+use crate::catalogue::RecipeInputs;
+use crate::error::OrBadInput;
+use crate::{Result, dataset};
 use geom::DVec3;
 use io::RawCloud;
 use io::blocks_csv::BlockRow;
-use scene::{Catalog, SiteFrame};
+use scene::SiteFrame;
 use std::path::Path;
-use synth::SynthScene;
 
 /// Where a synthetic site lies.
 #[derive(Clone, Debug)]
@@ -17,13 +18,25 @@ pub struct Georeference {
     pub origin: [f64; 3],
 }
 
-/// Writes survey.laz, truth/truth.csv and truth/cloud.laz. site.toml and catalog.toml are the user's.
-pub fn write(
+/// What a synthetic site holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SyntheticSite {
+    /// True blocks.
+    pub blocks: usize,
+    /// Survey points.
+    pub points: usize,
+}
+
+/// Makes one scene and writes survey.laz, truth/truth.csv and truth/cloud.laz. site.toml and catalog.toml are the user's.
+pub fn make_site(
     folder: &Path,
-    scene: &SynthScene,
-    catalog: &Catalog,
+    inputs: &RecipeInputs,
+    seed: u64,
     place: &Georeference,
-) -> Result<(), Exit> {
+) -> Result<SyntheticSite> {
+    let scene =
+        synth::scene(&inputs.recipe, &inputs.catalog, dataset::seed(seed, 0)).or_bad_input()?;
+    let catalog = &inputs.catalog;
     let frame = SiteFrame { origin: place.origin, crs: place.crs.clone(), ..SiteFrame::default() };
     let position: Vec<DVec3> =
         scene.survey.cloud.position_m.iter().map(|&p| frame.site_from_local(p)).collect();
@@ -40,5 +53,5 @@ pub fn write(
         .map(|(block, &occlusion)| BlockRow::of_truth(block, occlusion, catalog, &frame))
         .collect();
     io::blocks_csv::write_truth(&folder.join("truth/truth.csv"), &rows)?;
-    Ok(())
+    Ok(SyntheticSite { blocks: scene.scene.blocks.len(), points: scene.survey.cloud.len() })
 }

@@ -1,13 +1,12 @@
-//! `tsumu reproduce`: the method's tables on held-out scenes, one Markdown page an experiment.
+//! `tsumu-lab reproduce`: the method's tables on held-out scenes, one Markdown page an experiment.
 
-use crate::exit::{Exit, OrBadInput};
-use crate::progress::Terminal;
-use crate::weights;
 use anyhow::{Context, anyhow};
 use clap::Args;
-use reproduce::{Bench, EXPERIMENTS, Experiment, Settings};
+use console::Terminal;
+use reproduce::{Bench, EXPERIMENTS, Experiment, ReproduceError, Settings};
 use std::path::PathBuf;
 use std::time::Instant;
+use tsumu::{Error, Job, Result};
 
 /// Make the method's tables again, on scenes no training has seen.
 ///
@@ -42,50 +41,31 @@ pub struct ReproduceArgs {
 }
 
 /// Runs the experiments one after the other.
-pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal) -> Result<(), Exit> {
+pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     if args.names.is_empty() {
-        for e in EXPERIMENTS {
-            terminal.say(format!("{:<26}{}", e.name, e.about));
-        }
+        EXPERIMENTS.iter().for_each(|e| terminal.say(format!("{:<26}{}", e.name, e.about)));
         return Ok(());
     }
     let chosen = if args.names == ["all"] {
         EXPERIMENTS.iter().collect()
     } else {
-        args.names.iter().map(|n| experiment(n)).collect::<Result<Vec<_>, _>>()?
+        args.names.iter().map(|n| experiment(n)).collect::<Result<Vec<_>>>()?
     };
-    let at_least_one = [("scenes", args.scenes), ("steps", args.steps), ("repeats", args.repeats)];
-    if let Some((name, _)) = at_least_one.iter().find(|(_, v)| *v == 0) {
-        return Err(Exit::bad_input(anyhow!("--{name} 0: give at least 1")));
-    }
-    if !(1..=100).contains(&args.percent) {
-        return Err(Exit::bad_input(anyhow!("--percent {}: give 1 to 100", args.percent)));
-    }
-    let model = match &args.model {
-        Some(path) => Some(weights::load(path)?),
-        None => None,
-    };
-    let settings = Settings {
-        scenes: args.scenes,
-        seed: args.seed,
-        steps: args.steps,
-        repeats: args.repeats,
-        percent: args.percent,
-    };
+    let settings = settings(args)?;
+    let model = args.model.as_deref().map(tsumu::load_weights).transpose()?;
     std::fs::create_dir_all(&args.out)
         .with_context(|| args.out.display().to_string())
-        .or_bad_input()?;
+        .map_err(Error::bad_input)?;
     let start = Instant::now();
-    let clock = || start.elapsed().as_secs_f64();
     let bench = Bench {
         settings: &settings,
         model: model.as_ref(),
         folder: &args.out,
-        clock: &clock,
-        observer: terminal,
+        clock: &|| start.elapsed().as_secs_f64(),
+        observer: job,
     };
     for experiment in chosen {
-        let page = reproduce::page(experiment, &bench)?;
+        let page = reproduce::page(experiment, &bench).map_err(ended)?;
         let path = args.out.join(format!("{}.md", experiment.name));
         io::atomic::write_bytes(&path, page.as_bytes())?;
         terminal.say(format!("{}", path.display()));
@@ -93,9 +73,32 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal) -> Result<(), Exit> 
     Ok(())
 }
 
-fn experiment(name: &str) -> Result<&'static Experiment, Exit> {
+fn ended(error: ReproduceError) -> Error {
+    if matches!(error, ReproduceError::Stopped) {
+        Error::stopped(error)
+    } else {
+        Error::failed(error)
+    }
+}
+
+fn settings(args: &ReproduceArgs) -> Result<Settings> {
+    let at_least_one = [("scenes", args.scenes), ("steps", args.steps), ("repeats", args.repeats)];
+    if let Some((name, _)) = at_least_one.iter().find(|(_, v)| *v == 0) {
+        return Err(Error::bad_input(anyhow!("--{name} 0: give at least 1")));
+    }
+    if !(1..=100).contains(&args.percent) {
+        return Err(Error::bad_input(anyhow!("--percent {}: give 1 to 100", args.percent)));
+    }
+    let ReproduceArgs { scenes, seed, steps, repeats, percent, .. } = *args;
+    Ok(Settings { scenes, seed, steps, repeats, percent })
+}
+
+fn experiment(name: &str) -> Result<&'static Experiment> {
     reproduce::find(name).ok_or_else(|| {
         let names: Vec<&str> = EXPERIMENTS.iter().map(|e| e.name).collect();
-        Exit::bad_input(anyhow!("no experiment is called `{name}`: there are {}", names.join(", ")))
+        Error::bad_input(anyhow!(
+            "no experiment is called `{name}`: there are {}",
+            names.join(", ")
+        ))
     })
 }

@@ -1,6 +1,6 @@
 //! Where things lie in a run folder: one folder a stage, named by the stage's word.
 
-use crate::exit::Exit;
+use crate::{Error, Result, outputs};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 
@@ -12,10 +12,10 @@ pub struct RunFolder {
 
 impl RunFolder {
     /// The folder for a new run. Refuses one that holds something else than an earlier run.
-    pub fn for_writing(root: &Path) -> Result<Self, Exit> {
+    pub fn for_writing(root: &Path) -> Result<Self> {
         let folder = Self { root: root.to_path_buf() };
         if root.is_file() {
-            return Err(Exit::bad_input(anyhow!(
+            return Err(Error::bad_input(anyhow!(
                 "{}: is a file, not a folder; choose another --out",
                 root.display()
             )));
@@ -24,7 +24,7 @@ impl RunFolder {
             Ok(entries) => entries,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(folder),
             Err(e) => {
-                return Err(Exit::failed(
+                return Err(Error::failed(
                     anyhow!(e).context(format!("cannot read {}", root.display())),
                 ));
             }
@@ -45,7 +45,7 @@ impl RunFolder {
             let entry = entry.with_context(|| format!("cannot read {}", root.display()))?;
             let name = entry.file_name().to_string_lossy().into_owned();
             if !ours.contains(&name.as_str()) && !name.starts_with(".tsumu-") {
-                return Err(Exit::bad_input(anyhow!(
+                return Err(Error::bad_input(anyhow!(
                     "{}: holds `{name}`, which is not of a run; choose an empty folder with --out",
                     root.display()
                 )));
@@ -57,6 +57,11 @@ impl RunFolder {
     /// An existing run.
     pub fn existing(root: &Path) -> Self {
         Self { root: root.to_path_buf() }
+    }
+
+    /// Writes the wall times of a run: the one file that no manifest vouches for.
+    pub fn write_timing(&self, seconds: &serde_json::Value) -> Result<()> {
+        outputs::write_json(&self.timing(), seconds)
     }
 
     /// The folder itself.
@@ -107,6 +112,11 @@ impl RunFolder {
     /// Blocks too little is seen of.
     pub fn not_judged(&self) -> PathBuf {
         self.root.join("recognise/not_judged.csv")
+    }
+
+    /// Survey points of each of those.
+    pub fn not_judged_points(&self) -> PathBuf {
+        self.root.join("recognise/not_judged_points.csv")
     }
 
     /// Survey with the recognised block of every point.

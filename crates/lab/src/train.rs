@@ -1,20 +1,17 @@
-//! `tsumu train`: networks from recipes, scenes made while it trains.
+//! `tsumu-lab train`: networks from recipes, scenes made while it trains.
 
-use crate::cmd::train_placement::{PlacementTraining, train_placement};
-use crate::exit::{Exit, OrBadInput};
-use crate::progress::Terminal;
-use crate::weights;
+use crate::train_placement::{PlacementTraining, train_placement};
 use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand, ValueEnum};
+use console::Terminal;
 use geom::SeedTree;
 use net::Processor;
-use pipeline::Lessons;
-use pipeline::lessons::Blocks;
-use scene::Catalog;
 use segment::fpcc::FpccConfig;
 use segment::loss::LossConfig;
 use segment::{NetworkConfig, SegmentModel, Split, TrainConfig};
 use std::path::{Path, PathBuf};
+use teach::{Blocks, Lessons};
+use tsumu::{Error, Job, Result};
 
 /// Train.
 #[derive(Debug, Args)]
@@ -47,7 +44,7 @@ struct SegmentTraining {
     /// Recipe files; scenes are drawn from all of them in turn
     #[arg(required = true, value_name = "RECIPE")]
     recipes: Vec<PathBuf>,
-    /// Folder for the model, its curves and checkpoints; one that exists is gone on with
+    /// Folder for the model, its curves and checkpoints; an existing one is resumed
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
     /// Catalogue, for recipes that name no blocks
@@ -85,23 +82,17 @@ struct SegmentTraining {
 }
 
 /// Runs the stage.
-pub fn train(args: &TrainArgs, terminal: &Terminal) -> Result<(), Exit> {
+pub fn train(args: &TrainArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     match &args.network {
-        Network::Segment(args) => train_segment(args, terminal),
-        Network::Placement(args) => train_placement(args, terminal),
+        Network::Segment(args) => train_segment(args, terminal, job),
+        Network::Placement(args) => train_placement(args, terminal, job),
     }
 }
 
-fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit> {
+fn train_segment(args: &SegmentTraining, terminal: &Terminal, job: &Job) -> Result<()> {
     let piles: Vec<Lessons> =
-        args.recipes.iter().map(|r| lessons(r, args)).collect::<Result<_, _>>().or_bad_input()?;
-    let init = match args.init.as_deref() {
-        Some(path) if path == Path::new("shipped") => {
-            Some(SegmentModel::shipped(piles[0].catalog()).or_bad_input()?)
-        }
-        Some(path) => Some(weights::load(path)?),
-        None => None,
-    };
+        args.recipes.iter().map(|r| lessons(r, args, job)).collect::<Result<_>>()?;
+    let init = init(args, &piles)?;
     let root = SeedTree::new(args.seed);
     // One thread makes scenes, the others train; more would take the training's cores.
     let maker =
@@ -110,6 +101,32 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
         let seed = root.child(if split == Split::Train { "train" } else { "held out" }, index);
         maker.install(|| piles[(index % piles.len() as u64) as usize].scene(index, seed))
     };
+    let config = config(args, &piles)?;
+    let seed = root.child("segment", 0);
+    let trained = segment::train(&source, &config, init.as_ref(), &args.out, seed, job)
+        .map_err(Error::failed)?;
+    terminal.say(format!(
+        "{} of {} steps; held out: {}. {}",
+        trained.steps,
+        args.steps,
+        held_out(args, &trained),
+        args.out.join("model.safetensors").display()
+    ));
+    whole(trained.steps, args.steps)
+}
+
+/// Weights to start from.
+fn init(args: &SegmentTraining, piles: &[Lessons]) -> Result<Option<SegmentModel>> {
+    match args.init.as_deref() {
+        Some(path) if path == Path::new("shipped") => {
+            SegmentModel::shipped(piles[0].catalog()).map(Some).map_err(Error::bad_input)
+        }
+        Some(path) => tsumu::load_weights(path).map(Some),
+        None => Ok(None),
+    }
+}
+
+fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
     let mut config = TrainConfig { steps: args.steps, mirror: !args.handed, ..Default::default() };
     if let Architecture::Fpcc = args.network {
         config.network = NetworkConfig::Fpcc(FpccConfig {
@@ -125,70 +142,38 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal) -> Result<(), Exit
     }
     if args.gpu {
         config.processor = Processor::Gpu;
-        config.processor.device().or_bad_input()?;
+        config.processor.device().map_err(Error::bad_input)?;
     }
     config.warmup = config.warmup.min(args.steps / 10);
-    config.name = args
-        .name
-        .clone()
-        .unwrap_or_else(|| piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", "));
-    for pile in &piles {
-        for shape in pile.shapes() {
-            if !config.shapes.iter().any(|s| s.matches(&shape)) {
-                config.shapes.push(shape);
-            }
+    let names = || piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", ");
+    config.name = args.name.clone().unwrap_or_else(names);
+    for shape in piles.iter().flat_map(Lessons::shapes) {
+        if !config.shapes.iter().any(|s| s.matches(&shape)) {
+            config.shapes.push(shape);
         }
     }
-    let trained = segment::train(
-        &source,
-        &config,
-        init.as_ref(),
-        &args.out,
-        root.child("segment", 0),
-        terminal,
-    )?;
-    terminal.say(format!(
-        "{} of {} steps; held out: {}. {}",
-        trained.steps,
-        args.steps,
-        match args.network {
-            Architecture::Fpccv2 =>
-                format!("votes off by {:.3} d_max in the mean", trained.validation.offset),
-            Architecture::Fpcc => {
-                format!(
-                    "pair loss {:.4}, centre loss {:.4}",
-                    trained.validation.pair, trained.validation.centre
-                )
-            }
-        },
-        args.out.join("model.safetensors").display()
-    ));
-    if trained.steps < args.steps {
-        return Err(Exit::failed(anyhow!(
-            "stopped at a checkpoint; the same command goes on from there"
-        )));
+    Ok(config)
+}
+
+fn held_out(args: &SegmentTraining, trained: &segment::Trained) -> String {
+    let v = &trained.validation;
+    match args.network {
+        Architecture::Fpccv2 => format!("votes off by {:.3} d_max in the mean", v.offset),
+        Architecture::Fpcc => format!("pair loss {:.4}, centre loss {:.4}", v.pair, v.centre),
     }
-    Ok(())
+}
+
+/// A training that was stopped is not done.
+pub fn whole(steps: u64, of: u64) -> Result<()> {
+    if steps >= of {
+        return Ok(());
+    }
+    Err(Error::stopped(anyhow!("stopped at a checkpoint; the same command goes on from there")))
 }
 
 /// A recipe file with the blocks it or the catalogue names.
-fn lessons(path: &Path, args: &SegmentTraining) -> anyhow::Result<Lessons> {
-    let (recipe, catalog) = recipe(path, args.catalog.as_deref())?;
+fn lessons(path: &Path, args: &SegmentTraining, job: &Job) -> Result<Lessons> {
+    let inputs = tsumu::read_recipe(path, args.catalog.as_deref(), job)?;
     let blocks = if args.any_shape { Blocks::AnyShape } else { Blocks::Catalog };
-    Ok(Lessons::new(recipe, catalog, blocks)?)
-}
-
-/// A recipe file, and the blocks that it or the catalogue names.
-pub fn recipe(path: &Path, catalog: Option<&Path>) -> anyhow::Result<(synth::Recipe, Catalog)> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
-    let recipe = synth::Recipe::parse(&text).with_context(|| format!("{}", path.display()))?;
-    let (file, spec) = match (catalog, &recipe.catalog) {
-        (Some(file), _) => (file.to_owned(), io::site::load_catalog(file)?),
-        (None, Some(spec)) => (path.to_owned(), spec.clone()),
-        (None, None) => {
-            return Err(anyhow!("{} names no blocks: give --catalog catalog.toml", path.display()));
-        }
-    };
-    let catalog = blocks::catalog(&spec, &io::site::mesh_loader(&file))?;
-    Ok((recipe, catalog))
+    Lessons::new(inputs.recipe, inputs.catalog, blocks).map_err(Error::bad_input)
 }

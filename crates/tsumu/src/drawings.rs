@@ -1,13 +1,14 @@
 //! The surfaces and sections of a plan, for the report and the exports.
 
-use crate::exit::Exit;
+use crate::planning::Planned;
+use crate::recognition::Recognition;
+use crate::{Result, Site};
 use geom::{HeightMap, Vec2};
 use io::drawing::{Drawing, SectionLine};
 use io::export_set::{self, ExportSet};
 use io::raster::Raster;
-use pipeline::Works;
 use plan::{CrossSection, Surfaces};
-use scene::{Plan, Scene};
+use scene::SiteFrame;
 use std::path::Path;
 
 /// Rasters of one grid and cuts through them, local frame.
@@ -23,51 +24,28 @@ pub struct Drawings {
 }
 
 impl Drawings {
-    /// Drawn from a plan.
-    pub fn of(works: &Works, pile: &Scene, plan: &Plan) -> Self {
-        let (surfaces, sections) = pipeline::surfaces(works, pile, plan);
+    /// Drawn from a plan. Error: the site has no design.
+    pub fn of(site: &Site, recognition: &Recognition, planned: &Planned) -> Result<Self> {
+        let works = site.works(&recognition.blocks, site.needed_design()?);
+        let (surfaces, sections) = pipeline::surfaces(&works, &planned.pile, &planned.plan);
         let (deficit_before, deficit_after) = (surfaces.deficit_before(), surfaces.deficit_after());
-        Self { surfaces, deficit_before, deficit_after, sections }
+        Ok(Self { surfaces, deficit_before, deficit_after, sections })
     }
 
-    /// Writes every export of a run into `folder`.
-    pub fn export(
-        &self,
-        folder: &Path,
-        name: &str,
-        works: &Works,
-        plan: &Plan,
-        seed: u64,
-    ) -> Result<(), Exit> {
-        let frame = &works.survey.frame;
-        let sections = self.section_lines(works);
-        let drawing = Drawing {
-            name,
-            frame,
-            catalog: works.catalog,
-            recognised: works.blocks,
-            placements: &plan.placements,
-            sections: &sections,
-        };
-        let maps = [
+    /// Maps by the names that their files have.
+    fn maps(&self, frame: &SiteFrame) -> [(&'static str, Raster); 5] {
+        [
             ("design", Raster::of_heights(&self.surfaces.design, frame)),
             ("as-surveyed", Raster::of_heights(&self.surfaces.as_surveyed, frame)),
             ("planned", Raster::of_heights(&self.surfaces.planned, frame)),
             ("deficit-before", Raster::of_differences(&self.deficit_before, frame)),
             ("deficit-after", Raster::of_differences(&self.deficit_after, frame)),
-        ];
-        let set = ExportSet {
-            drawing,
-            seed,
-            maps: &maps,
-            surfaces: &["design", "as-surveyed", "planned"],
-        };
-        Ok(export_set::write(folder, &set)?)
+        ]
     }
 
     /// Sections as lines in space, broken where there is nothing.
-    fn section_lines(&self, works: &Works) -> Vec<SectionLine> {
-        let [east, north, _] = works.survey.frame.origin;
+    fn section_lines(&self, frame: &SiteFrame) -> Vec<SectionLine> {
+        let [east, north, _] = frame.origin;
         let mut lines = Vec::new();
         for cut in &self.sections {
             let along = (cut.to - cut.from).normalize_or_zero();
@@ -89,4 +67,29 @@ impl Drawings {
         }
         lines
     }
+}
+
+/// Writes every export of a run into `folder`: its blocks, and with a plan its surfaces, sections and new blocks.
+pub fn export(
+    folder: &Path,
+    site: &Site,
+    recognition: &Recognition,
+    planned: Option<(&Planned, &Drawings)>,
+) -> Result<()> {
+    let frame = &site.survey.frame;
+    let (sections, maps) = match planned {
+        Some((_, drawings)) => (drawings.section_lines(frame), drawings.maps(frame).to_vec()),
+        None => Default::default(),
+    };
+    let drawing = Drawing {
+        name: &site.name,
+        frame,
+        catalog: &site.catalog,
+        recognised: &recognition.blocks,
+        placements: planned.map_or(&[][..], |(planned, _)| &planned.plan.placements),
+        sections: &sections,
+    };
+    let surfaces = &["design", "as-surveyed", "planned"];
+    let set = ExportSet { drawing, seed: site.seed, maps: &maps, surfaces };
+    Ok(export_set::write(folder, &set)?)
 }

@@ -1,18 +1,17 @@
 //! Progress for people (a bar with the time left, after two seconds) and for machines (`--json`).
 
-use crate::{args::Output, exit::Exit};
-use geom::{Event, Observer};
+use crate::Output;
+use geom::{Event, Observer, PartState};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use tsumu::{Cancel, Error, Job, Result};
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(2);
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Hears the stages and tells the terminal, or the program reading standard output.
 pub struct Terminal {
@@ -20,8 +19,16 @@ pub struct Terminal {
     quiet: bool,
     json: bool,
     bars: bool,
+    threads: Option<usize>,
+    cancel: Cancel,
     running: Mutex<Option<Running>>,
-    warnings: Mutex<Vec<String>>,
+    laps: Mutex<Laps>,
+}
+
+/// Wall time of each part of a job.
+struct Laps {
+    last: Instant,
+    seconds: Vec<(&'static str, f64)>,
 }
 
 struct Running {
@@ -34,9 +41,11 @@ struct Running {
 impl Terminal {
     /// Installs the Ctrl-C handler: the first press asks the stages to stop, the second ends the program.
     pub fn new(output: &Output) -> Self {
+        let cancel = Cancel::default();
+        let asked = cancel.clone();
         // A second handler in one process cannot be: main calls this once.
-        let _ = ctrlc::set_handler(|| {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+        let _ = ctrlc::set_handler(move || {
+            if asked.cancel() {
                 std::process::exit(1);
             }
             eprintln!("stopping after the work in hand; press Ctrl-C again to stop at once");
@@ -46,9 +55,26 @@ impl Terminal {
             quiet: output.quiet,
             json: output.json,
             bars: !output.json && !output.quiet && std::io::stderr().is_terminal(),
+            threads: output.threads,
+            cancel,
             running: Mutex::new(None),
-            warnings: Mutex::new(Vec::new()),
+            laps: Mutex::new(Laps { last: Instant::now(), seconds: Vec::new() }),
         }
+    }
+
+    /// A job that this terminal hears of and that Ctrl-C stops. Error: `--threads 0`.
+    pub fn job(&self) -> Result<Job<'_>> {
+        let job = Job::new(self).cancelled_by(self.cancel.clone());
+        match self.threads {
+            Some(threads) => job.on_threads(threads),
+            None => Ok(job),
+        }
+    }
+
+    /// Wall seconds of the parts done so far, in order, as `timing.json` has them.
+    pub fn timing(&self) -> serde_json::Value {
+        let laps = self.laps.lock().expect("no thread panics with this lock");
+        laps.seconds.iter().map(|(part, s)| (format!("{part}_s"), json!(s))).collect()
     }
 
     /// A line of the result, for people; silent with `--json` and `--quiet`.
@@ -59,40 +85,39 @@ impl Terminal {
     }
 
     /// A result for machines; silent without `--json`.
-    pub fn emit(&self, kind: &str, value: Value) {
+    pub fn emit(&self, kind: &str, value: &impl Serialize) {
         if self.json {
+            // Through text, so that an f32 keeps its own digits.
+            let value = tsumu::json_value(value).unwrap_or_default();
             print_line(&json!({ "event": kind, "value": value }).to_string());
         }
     }
 
-    /// Warnings heard so far, in order.
-    pub fn warnings(&self) -> Vec<String> {
-        self.warnings.lock().expect("no thread panics with this lock").clone()
-    }
-
-    /// A warning of an earlier run whose work is kept, as [`Self::warnings`] has it.
-    pub fn warn_again(&self, line: String) {
-        if self.json {
-            let (stage, message) = line.split_once(": ").unwrap_or(("", &line));
-            print_line(
-                &json!({ "event": "warning", "stage": stage, "message": message }).to_string(),
-            );
-        } else if !self.quiet {
-            self.above_bar(&format!("warning: {line}"));
-        }
-        self.warnings.lock().expect("no thread panics with this lock").push(line);
-    }
-
     /// The error that ends the program.
-    pub fn failed(&self, exit: &Exit) {
+    pub(crate) fn failed(&self, error: &Error, code: u8) {
         self.clear();
+        let message = error.line();
         if self.json {
-            print_line(
-                &json!({ "event": "failed", "code": exit.code(), "message": exit.line() })
-                    .to_string(),
-            );
+            let event = json!({ "event": "failed", "code": code, "message": message });
+            print_line(&event.to_string());
         }
-        eprintln!("tsumu: {}", exit.line());
+        eprintln!("tsumu: {message}");
+    }
+
+    /// A part is done: its wall time, and that it was kept or is kept from now on.
+    fn part(&self, part: &'static str, state: PartState) {
+        let mut laps = self.laps.lock().expect("no thread panics with this lock");
+        let seconds = laps.last.elapsed().as_secs_f64();
+        laps.seconds.push((part, seconds));
+        laps.last = Instant::now();
+        match state {
+            PartState::Done => {}
+            PartState::Keeping => self.emit("keeping", &json!({ "part": part })),
+            PartState::Kept => {
+                self.emit("kept", &json!({ "part": part }));
+                self.say(format!("{part}: kept from the run that was interrupted"));
+            }
+        }
     }
 
     fn clear(&self) {
@@ -119,24 +144,8 @@ impl Terminal {
 
 impl Observer for Terminal {
     fn event(&self, event: Event) {
-        if self.json {
-            let value = match &event {
-                Event::Started { stage, total } => {
-                    json!({ "event": "started", "stage": stage, "total": total })
-                }
-                Event::Advanced { stage, done } => {
-                    json!({ "event": "advanced", "stage": stage, "done": done })
-                }
-                Event::Finished { stage } => json!({ "event": "finished", "stage": stage }),
-                Event::Warned(w) => {
-                    json!({ "event": "warning", "stage": w.stage, "message": w.message })
-                }
-                Event::Noted { stage, message } => {
-                    json!({ "event": "note", "stage": stage, "message": message })
-                }
-                _ => return,
-            };
-            print_line(&value.to_string());
+        if self.json && !matches!(event, Event::Part { .. }) {
+            print_line(&serde_json::to_string(&event).unwrap_or_default());
         }
         match event {
             Event::Started { stage, total } => {
@@ -156,12 +165,9 @@ impl Observer for Terminal {
                 }
             }
             Event::Finished { .. } => self.clear(),
-            Event::Warned(warning) => {
-                let line = format!("{}: {}", warning.stage, warning.message);
-                if !self.quiet && !self.json {
-                    self.above_bar(&format!("warning: {line}"));
-                }
-                self.warnings.lock().expect("no thread panics with this lock").push(line);
+            Event::Part { part, state } => self.part(part, state),
+            Event::Warned(warning) if !self.quiet && !self.json => {
+                self.above_bar(&format!("warning: {}: {}", warning.stage, warning.message));
             }
             Event::Noted { stage, message } if self.verbose > 0 && !self.json => {
                 self.above_bar(&format!("{stage}: {message}"));
@@ -171,7 +177,7 @@ impl Observer for Terminal {
     }
 
     fn cancelled(&self) -> bool {
-        INTERRUPTED.load(Ordering::SeqCst)
+        self.cancel.is_cancelled()
     }
 }
 

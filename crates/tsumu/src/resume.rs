@@ -5,13 +5,12 @@
 //! at all, with its hash; what cannot be read, or belongs to another key, is made again. The folder is locked while
 //! it is written: two runs at once would mix their files.
 
-use crate::exit::Exit;
-use crate::progress::Terminal;
+use crate::{Error, Job, Result};
 use anyhow::anyhow;
+use geom::{Event, Observer, PartState};
 use io::IoError;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -20,12 +19,17 @@ const FOLDER: &str = ".tsumu-resume";
 const LOCK: &str = ".tsumu-lock";
 const HASH_BYTES: usize = 32;
 
-/// The parts of the run that is being made.
-pub struct Kept<'a> {
+/// Parts of a job, kept in a folder or not.
+pub(crate) struct Parts<'a> {
+    job: &'a Job<'a>,
+    kept: Option<Kept>,
+}
+
+/// Where the parts of a run are kept until it is whole.
+struct Kept {
     root: PathBuf,
     folder: PathBuf,
     key: String,
-    terminal: &'a Terminal,
     _lock: File,
 }
 
@@ -43,47 +47,69 @@ struct Read<T> {
     value: T,
 }
 
-impl<'a> Kept<'a> {
+impl<'a> Parts<'a> {
+    /// Nothing is kept.
+    pub fn none(job: &'a Job<'a>) -> Self {
+        Self { job, kept: None }
+    }
+
     /// Locks a run folder and clears what killed writes have left there. `key` stands for everything the parts follow from.
-    pub fn open(root: &Path, key: String, terminal: &'a Terminal) -> Result<Self, Exit> {
+    pub fn kept(root: &Path, key: String, job: &'a Job<'a>) -> Result<Self> {
         let folder = root.join(FOLDER);
         fs::create_dir_all(&folder).map_err(|source| os("write", &folder, source))?;
         let path = root.join(LOCK);
         let lock = File::create(&path).map_err(|source| os("write", &path, source))?;
         // File systems without locks exist; they are not refused.
         if let Err(TryLockError::WouldBlock) = lock.try_lock() {
-            return Err(Exit::bad_input(anyhow!(
+            return Err(Error::bad_input(anyhow!(
                 "{}: another run is writing there; wait for it, or choose another folder with --out",
                 root.display()
             )));
         }
         io::atomic::clear_aside(root)?;
-        Ok(Self { root: root.to_path_buf(), folder, key, terminal, _lock: lock })
+        let kept = Kept { root: root.to_path_buf(), folder, key, _lock: lock };
+        Ok(Self { job, kept: Some(kept) })
+    }
+
+    /// Whose parts they are.
+    pub fn job(&self) -> &'a Job<'a> {
+        self.job
     }
 
     /// The value of a part: kept, or made by `work` and kept from now on. Its warnings come either way.
-    pub fn part<T: Serialize + DeserializeOwned, E: Into<Exit>>(
+    pub fn part<T: Serialize + DeserializeOwned, E: Into<Error>>(
         &self,
-        name: &str,
-        work: impl FnOnce() -> Result<T, E>,
-    ) -> Result<T, Exit> {
-        let path = self.folder.join(name);
-        if let Some(kept) = self.read(&path) {
-            kept.warnings.into_iter().for_each(|w| self.terminal.warn_again(w));
-            self.terminal.emit("kept", json!({ "part": name }));
-            self.terminal.say(format!("{name}: kept from the run that was interrupted"));
-            return Ok(kept.value);
+        part: &'static str,
+        work: impl FnOnce() -> std::result::Result<T, E>,
+    ) -> Result<T> {
+        let Some(kept) = &self.kept else { return work().map_err(Into::into) };
+        let path = kept.folder.join(part);
+        if let Some(found) = kept.read(&path) {
+            found.warnings.iter().for_each(|w| self.job.warn_again(w));
+            self.job.event(Event::Part { part, state: PartState::Kept });
+            return Ok(found.value);
         }
-        let before = self.terminal.warnings().len();
+        let before = self.job.warnings().len();
         let value = work().map_err(Into::into)?;
-        let warnings = &self.terminal.warnings()[before..];
+        kept.write(&path, &self.job.warnings()[before..], &value)?;
+        self.job.event(Event::Part { part, state: PartState::Keeping });
+        Ok(value)
+    }
+
+    /// The run is whole: the parts go.
+    pub fn finish(self) -> Result<()> {
+        let Some(kept) = &self.kept else { return Ok(()) };
+        Ok(fs::remove_dir_all(&kept.folder).map_err(|source| os("write", &kept.folder, source))?)
+    }
+}
+
+impl Kept {
+    fn write<T: Serialize>(&self, path: &Path, warnings: &[String], value: &T) -> Result<()> {
         let mut bytes = vec![0; HASH_BYTES];
-        ciborium::into_writer(&Written { key: &self.key, warnings, value: &value }, &mut bytes)?;
+        ciborium::into_writer(&Written { key: &self.key, warnings, value }, &mut bytes)?;
         let hash = io::manifest::hash(&bytes[HASH_BYTES..]);
         bytes[..HASH_BYTES].copy_from_slice(&hash);
-        io::atomic::write_bytes(&path, &bytes)?;
-        self.terminal.emit("keeping", json!({ "part": name }));
-        Ok(value)
+        Ok(io::atomic::write_bytes(path, &bytes)?)
     }
 
     fn read<T: DeserializeOwned>(&self, path: &Path) -> Option<Read<T>> {
@@ -94,15 +120,10 @@ impl<'a> Kept<'a> {
         }
         ciborium::from_reader(content).ok().filter(|kept: &Read<T>| kept.key == self.key)
     }
-
-    /// The run is whole: the parts go.
-    pub fn finish(self) -> Result<(), Exit> {
-        Ok(fs::remove_dir_all(&self.folder).map_err(|source| os("write", &self.folder, source))?)
-    }
 }
 
 /// The lock goes with the run, and with a run that left nothing goes its folder. Failing to tidy is no failure.
-impl Drop for Kept<'_> {
+impl Drop for Kept {
     fn drop(&mut self) {
         let _ = fs::remove_file(self.root.join(LOCK));
         let _ = fs::remove_dir(&self.folder);
@@ -118,24 +139,20 @@ fn os(doing: &'static str, path: &Path, source: std::io::Error) -> IoError {
 mod tests {
     use super::*;
 
-    fn terminal() -> Terminal {
-        Terminal::new(&crate::args::Output { verbose: 0, json: false, quiet: true, threads: None })
-    }
-
-    fn made(kept: &Kept, value: f32) -> (f32, bool) {
+    fn made(parts: &Parts, value: f32) -> (f32, bool) {
         let mut worked = false;
-        let got = kept.part("a", || {
+        let got = parts.part("a", || {
             worked = true;
-            Ok::<_, Exit>(value)
+            Ok::<_, Error>(value)
         });
         (got.unwrap(), worked)
     }
 
     #[test]
     fn a_part_is_made_once_for_a_key() {
-        let (folder, terminal) = (tempfile::tempdir().unwrap(), terminal());
+        let (folder, job) = (tempfile::tempdir().unwrap(), Job::silent());
         let run = folder.path().join("run");
-        let open = |key: &str| Kept::open(&run, key.into(), &terminal).unwrap();
+        let open = |key: &str| Parts::kept(&run, key.into(), &job).unwrap();
         assert_eq!(made(&open("one"), 0.1), (0.1, true));
         assert_eq!(made(&open("one"), 0.2), (0.1, false));
         assert_eq!(made(&open("two"), 0.3), (0.3, true));
@@ -151,9 +168,9 @@ mod tests {
 
     #[test]
     fn two_runs_do_not_write_one_folder() {
-        let (folder, terminal) = (tempfile::tempdir().unwrap(), terminal());
-        let first = Kept::open(folder.path(), "one".into(), &terminal).unwrap();
-        let message = Kept::open(folder.path(), "one".into(), &terminal).err().unwrap().line();
+        let (folder, job) = (tempfile::tempdir().unwrap(), Job::silent());
+        let first = Parts::kept(folder.path(), "one".into(), &job).unwrap();
+        let message = Parts::kept(folder.path(), "one".into(), &job).err().unwrap().line();
         assert!(message.contains("another run"), "{message}");
         drop(first);
     }

@@ -2,8 +2,9 @@
 
 use geom::plane::find_walls;
 use geom::{Event, Observer, Plane, SeedTree, Vec3};
-use scene::{Catalog, Recognised, Segmentation, SensorKind, Survey};
+use scene::{Catalog, Segmentation, SensorKind, Survey};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// How far from a wall's plane points are still of the wall, in units of the smallest d_max.
 const WALL_THICKNESS: f32 = 0.08;
@@ -37,29 +38,29 @@ impl Default for BackgroundConfig {
 }
 
 /// The part of a survey that can hold blocks.
-pub struct Foreground {
+pub struct Foreground<'a> {
     /// That part alone.
-    pub survey: Survey,
+    pub survey: Cow<'a, Survey>,
     /// Index in the whole survey of each of its points; `None`: it is the whole survey.
     index: Option<Vec<u32>>,
     whole: usize,
 }
 
-impl Foreground {
+impl<'a> Foreground<'a> {
     /// Removes the bin from a depth camera's cloud; other surveys stay whole, their bed matters.
     pub fn of(
-        survey: &Survey,
+        survey: &'a Survey,
         catalog: &Catalog,
         config: &BackgroundConfig,
         seed: SeedTree,
         observer: &dyn Observer,
     ) -> Self {
         let whole = survey.cloud.len();
-        let smallest_m = catalog.iter().map(|(_, m)| m.d_max_m).fold(f32::INFINITY, f32::min);
-        let everything = || Self { survey: survey.clone(), index: None, whole };
+        let everything = || Self { survey: Cow::Borrowed(survey), index: None, whole };
         if !config.bin || survey.sensor != SensorKind::DepthCamera || catalog.is_empty() {
             return everything();
         }
+        let smallest_m = catalog.iter().map(|(_, m)| m.d_max_m).fold(f32::INFINITY, f32::min);
         let thickness_m = WALL_THICKNESS * smallest_m;
         let points = &survey.cloud.position_m;
         let largest_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
@@ -78,38 +79,39 @@ impl Foreground {
                 index.len()
             ),
         });
-        let select: Vec<usize> = index.iter().map(|&i| i as usize).collect();
-        let line = if survey.line.is_empty() {
-            Vec::new()
-        } else {
-            select.iter().map(|&i| survey.line[i]).collect()
-        };
-        let part = Survey { cloud: survey.cloud.select(&select), line, walls, ..survey.clone() };
-        Self { survey: part, index: Some(index), whole }
+        let part = part(survey, &index, walls);
+        Self { survey: Cow::Owned(part), index: Some(index), whole }
     }
 
-    /// Labels and indices of the part, as labels and indices of the whole survey.
-    pub fn whole(
-        &self,
-        mut segmentation: Segmentation,
-        mut blocks: Vec<Recognised>,
-    ) -> crate::Recognition {
+    /// Indices of the part as indices of the whole survey.
+    pub fn whole_points(&self, points: &mut [u32]) {
         if let Some(index) = &self.index {
-            let up =
-                |points: &mut Vec<u32>| points.iter_mut().for_each(|p| *p = index[*p as usize]);
-            segmentation.hypotheses.iter_mut().for_each(|h| up(&mut h.points));
-            blocks.iter_mut().for_each(|b| up(&mut b.points));
-            let mut instance = vec![0; self.whole];
-            let mut confidence = vec![0.0; self.whole];
-            for (part, &whole) in index.iter().enumerate() {
-                instance[whole as usize] = segmentation.instance[part];
-                confidence[whole as usize] = segmentation.confidence[part];
-            }
-            segmentation.instance = instance;
-            segmentation.confidence = confidence;
+            points.iter_mut().for_each(|p| *p = index[*p as usize]);
         }
-        crate::Recognition { segmentation, blocks }
     }
+
+    /// Labels and indices of the part as labels and indices of the whole survey.
+    pub fn whole_segmentation(&self, mut segmentation: Segmentation) -> Segmentation {
+        let Some(index) = &self.index else { return segmentation };
+        segmentation.hypotheses.iter_mut().for_each(|h| self.whole_points(&mut h.points));
+        let mut instance = vec![0; self.whole];
+        let mut confidence = vec![0.0; self.whole];
+        for (part, &whole) in index.iter().enumerate() {
+            instance[whole as usize] = segmentation.instance[part];
+            confidence[whole as usize] = segmentation.confidence[part];
+        }
+        Segmentation { instance, confidence, ..segmentation }
+    }
+}
+
+/// The points of a survey that `index` names, before these walls.
+fn part(survey: &Survey, index: &[u32], walls: Vec<Plane>) -> Survey {
+    let select: Vec<usize> = index.iter().map(|&i| i as usize).collect();
+    let line = match survey.line.as_slice() {
+        [] => Vec::new(),
+        line => select.iter().map(|&i| line[i]).collect(),
+    };
+    Survey { cloud: survey.cloud.select(&select), line, walls, ..survey.clone() }
 }
 
 #[cfg(test)]
