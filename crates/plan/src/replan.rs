@@ -9,6 +9,14 @@ use geom::Vec2;
 use rayon::prelude::*;
 use scene::{InstanceId, PlacedBlock, Placement, PlacementState, Plan};
 
+/// A block so near to the planned place, in d_box, was built for it. Free choice: cranes place within some 15 cm, and two
+/// blocks never stand a quarter of their size apart.
+const BUILT_WITHIN: f32 = 0.25;
+/// A placement still holds if its block comes to rest within this part of the displacement that any block is allowed,
+const SAME_PLACE: f32 = 0.25;
+/// and turned by no more than this. Free choices: an unchanged neighbourhood gives 0 for both.
+const SAME_TURN_RAD: f32 = 0.1;
+
 /// Placements of `previous` that are still to do and still hold; they are in the stack afterwards.
 pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec<Placement> {
     let settings = &site.settings;
@@ -37,14 +45,14 @@ pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec
     carried.into_iter().map(|(_, p)| p).collect()
 }
 
-/// Whether a block of this type stands within a quarter of its size of the planned place.
+/// Whether a block of this type stands near enough to the planned place.
 fn is_built(stack: &Stack, p: &Placement) -> bool {
     let block = stack.catalog.get(p.model);
     let planned = p.rest * block.centre;
-    let near = stack.near(planned.x, planned.y, 0.25 * block.d_box_m);
+    let near = stack.near(planned.x, planned.y, BUILT_WITHIN * block.d_box_m);
     near.into_iter().any(|i| {
         stack.blocks[i].model == p.model
-            && (stack.centre(i) - planned).length() <= 0.25 * block.d_box_m
+            && (stack.centre(i) - planned).length() <= BUILT_WITHIN * block.d_box_m
     })
 }
 
@@ -56,6 +64,7 @@ fn still_holds(site: &Site, stack: &Stack, p: &Placement, limit_m: f32) -> Optio
     let again = rounds::attempt(site, stack, &p.drop, limit_m, p.round);
     let moved_m = (again.rest * block.centre - p.rest * block.centre).length();
     let turned_rad = block.symmetry.rotation_error_rad(again.rest.rotation, p.rest.rotation);
-    let same = moved_m <= 0.25 * site.settings.displacement_limit_m && turned_rad <= 0.1;
+    let limit_of_same_m = SAME_PLACE * site.settings.displacement_limit_m;
+    let same = moved_m <= limit_of_same_m && turned_rad <= SAME_TURN_RAD;
     (again.state == PlacementState::Kept && same).then(|| p.clone())
 }
