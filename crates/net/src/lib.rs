@@ -11,7 +11,10 @@ pub mod replicas;
 pub mod residual;
 pub mod schedule;
 mod small_gemm;
+pub mod sparse_convolution;
+pub mod sparse_unet;
 pub mod training;
+pub mod voxels;
 pub mod weights;
 
 pub use checkpoint::{Checkpoint, CheckpointError, Curve};
@@ -21,5 +24,7 @@ pub use neighbourhood::Neighbourhood;
 pub use processor::{Processor, ProcessorError};
 pub use replicas::Replicas;
 pub use residual::{ResNet, ResNetConfig, ResNetDepth};
+pub use sparse_unet::{SparseUnet, UnetConfig, UnetTrace};
 pub use training::{Schedule, Task, Training, TrainingError};
+pub use voxels::Voxels;
 pub use weights::WeightsError;

@@ -7,11 +7,10 @@
 use crate::{Policy, batches, rounds, site::Site, stack::Stack};
 use geom::Vec2;
 use rayon::prelude::*;
-use scene::{InstanceId, PlacedBlock, Placement, PlacementState, Plan};
+use scene::{
+    InstanceId, PlacedBlock, Placement, PlacementState, Plan, PoseLimits, PosedModel, same_block,
+};
 
-/// A block so near to the planned place, in d_box, was built for it. Free choice: cranes place within some 15 cm, and two
-/// blocks never stand a quarter of their size apart.
-const BUILT_WITHIN: f32 = 0.25;
 /// A placement still holds if its block comes to rest within this part of the displacement that any block is allowed,
 const SAME_PLACE: f32 = 0.25;
 /// and turned by no more than this. Free choices: an unchanged neighbourhood gives 0 for both.
@@ -48,11 +47,11 @@ pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec
 /// Whether a block of this type stands near enough to the planned place.
 fn is_built(stack: &Stack, p: &Placement) -> bool {
     let block = stack.catalog.get(p.model);
-    let planned = p.rest * block.centre;
-    let near = stack.near(planned.x, planned.y, BUILT_WITHIN * block.d_box_m);
-    near.into_iter().any(|i| {
-        stack.blocks[i].model == p.model
-            && (stack.centre(i) - planned).length() <= BUILT_WITHIN * block.d_box_m
+    let (planned, limits) = (PosedModel::new(block, p.rest), PoseLimits::same_place(block));
+    let centre = p.rest * block.centre;
+    stack.near(centre.x, centre.y, limits.displacement_m).into_iter().any(|i| {
+        let there = &stack.blocks[i];
+        there.model == p.model && same_block(&there.posed(stack.catalog), &planned, limits)
     })
 }
 
@@ -62,9 +61,11 @@ fn still_holds(site: &Site, stack: &Stack, p: &Placement, limit_m: f32) -> Optio
         return None;
     }
     let again = rounds::attempt(site, stack, &p.drop, limit_m, p.round);
-    let moved_m = (again.rest * block.centre - p.rest * block.centre).length();
-    let turned_rad = block.symmetry.rotation_error_rad(again.rest.rotation, p.rest.rotation);
-    let limit_of_same_m = SAME_PLACE * site.settings.displacement_limit_m;
-    let same = moved_m <= limit_of_same_m && turned_rad <= SAME_TURN_RAD;
+    let limits = PoseLimits {
+        displacement_m: SAME_PLACE * site.settings.displacement_limit_m,
+        rotation_rad: SAME_TURN_RAD,
+    };
+    let rests = |pose| PosedModel::new(block, pose);
+    let same = same_block(&rests(again.rest), &rests(p.rest), limits);
     (again.state == PlacementState::Kept && same).then(|| p.clone())
 }

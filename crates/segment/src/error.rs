@@ -67,6 +67,16 @@ pub enum SegmentError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// A key that this network does not have.
+    #[error(
+        "{name} says nothing to a `{architecture}` network; leave it out, or choose another train.network"
+    )]
+    NoSuchKey {
+        /// The key.
+        name: &'static str,
+        /// The network.
+        architecture: &'static str,
+    },
     /// A training folder of other settings.
     #[error(
         "{folder} holds a training with another `{key}`; give the same recipes and options, or another folder"

@@ -20,12 +20,17 @@ use rand::RngExt;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
-/// Neighbours of an edge convolution, the point itself included.
-const K: usize = 20;
 /// Widest piece shown in training, d_max: as wide as the pieces of a survey.
 const WIDEST_PIECE: f32 = 10.0;
 /// The narrowest, in parts of the widest: free choice, so that a scene's extent, which the input is divided by, varies.
 const NARROWEST_PIECE: f32 = 0.6;
+
+/// The thesis' number of neighbours: files written before it could be set do not hold it.
+const NEIGHBOURS: usize = 20;
+
+fn is_the_thesis(neighbours: &usize) -> bool {
+    *neighbours == NEIGHBOURS
+}
 
 /// Sizes of the network; the thesis' by default.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,11 +44,20 @@ pub struct FpccConfig {
     pub global: usize,
     /// Features of the two layers after it.
     pub joined: [usize; 2],
+    /// Neighbours K of an edge convolution, the point itself included.
+    #[serde(skip_serializing_if = "is_the_thesis")]
+    pub neighbours: usize,
 }
 
 impl Default for FpccConfig {
     fn default() -> Self {
-        Self { batch_points: 4096, edge: 64, global: 1024, joined: [512, 256] }
+        Self {
+            batch_points: 4096,
+            edge: 64,
+            global: 1024,
+            joined: [512, 256],
+            neighbours: NEIGHBOURS,
+        }
     }
 }
 
@@ -154,6 +168,7 @@ pub struct Fpcc {
     embedding: Linear,
     centre_hidden: Linear,
     centre: Linear,
+    neighbours: usize,
 }
 
 impl Fpcc {
@@ -171,11 +186,21 @@ impl Fpcc {
             embedding: linear(mix, 128),
             centre_hidden: linear(mix, 128),
             centre: linear(128, 1),
+            neighbours: config.neighbours,
         }
     }
 
     /// `input` of one batch → output; differentiable on an autodiff device.
     pub fn forward(&self, input: &[[f32; 6]], device: &Device) -> FpccOutput {
+        let features = self.features(input, device);
+        FpccOutput {
+            embedding: relu(self.embedding.forward(features.clone())),
+            centre: sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features)))),
+        }
+    }
+
+    /// What both heads read, `[n, joined[1]]`: the backbone alone, for other heads to be held against these.
+    pub fn features(&self, input: &[[f32; 6]], device: &Device) -> Tensor<2> {
         let n = input.len();
         let x =
             Tensor::<2>::from_data(TensorData::new(input.as_flattened().to_vec(), [n, 6]), device);
@@ -185,17 +210,13 @@ impl Fpcc {
             let count = rows.len();
             Tensor::<1, Int>::from_data(TensorData::new(rows, [count]), device)
         };
-        let a = self.first.forward(x, index(knn(&position, K).index)); // [n, 64]
-        let b = self.second.forward(a.clone(), index(nearest_features(a.clone(), K))); // [n, 64]
-        let c = self.third.forward(b.clone(), index(nearest_features(b.clone(), K))); // [n, 64]
+        let a = self.first.forward(x, index(knn(&position, self.neighbours).index)); // [n, 64]
+        let b = self.second.forward(a.clone(), index(nearest_features(a.clone(), self.neighbours))); // [n, 64]
+        let c = self.third.forward(b.clone(), index(nearest_features(b.clone(), self.neighbours))); // [n, 64]
         let local = Tensor::cat(vec![a, b, c], 1); // [n, 192]
         let global = relu(self.global.forward(local.clone())).max_dim(0); // [1, 1024]
         let joined = Tensor::cat(vec![local, global.repeat_dim(0, n)], 1); // [n, 1216]
-        let features = relu(self.mix.forward(relu(self.join.forward(joined)))); // [n, 256]
-        FpccOutput {
-            embedding: relu(self.embedding.forward(features.clone())),
-            centre: sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features)))),
-        }
+        relu(self.mix.forward(relu(self.join.forward(joined)))) // [n, 256]
     }
 }
 
@@ -207,6 +228,9 @@ impl Design for FpccConfig {
     }
 
     fn fault(&self) -> Option<&'static str> {
+        if self.neighbours == 0 {
+            return Some("the network's points have no neighbours");
+        }
         (self.batch_points == 0).then_some("the network's batches are empty")
     }
 

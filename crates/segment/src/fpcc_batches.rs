@@ -141,7 +141,8 @@ mod tests {
     fn every_centre_is_found_once_whatever_the_pieces() {
         let device = Device::flex();
         device.seed(5);
-        let config = FpccConfig { batch_points: 64, edge: 8, global: 16, joined: [12, 10] };
+        let config =
+            FpccConfig { batch_points: 64, edge: 8, global: 16, joined: [12, 10], neighbours: 20 };
         let network = Weighted { weights: Fpcc::new(&config, &device), design: config };
         let all = SegmentConfig { centre_threshold: 0.0, suppression: 1.0, ..Default::default() };
         let mut rng = SeedTree::new(2).rng();

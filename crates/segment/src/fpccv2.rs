@@ -15,7 +15,7 @@ use net::{BackboneConfig, GraphBackbone, Neighbourhood, Processor, floats};
 use serde::{Deserialize, Serialize};
 
 /// ln of the vote error in d_max is kept between these: one per mille to three block radii.
-const LOG_ERROR: (f32, f32) = (-4.0, 1.1);
+pub(crate) const LOG_ERROR: (f32, f32) = (-4.0, 1.1);
 
 /// Architecture of an [`FpccV2`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

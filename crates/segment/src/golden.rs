@@ -12,7 +12,7 @@ use net::prelude::Device;
 use std::sync::Arc;
 
 pub(crate) fn small_fpcc() -> FpccConfig {
-    FpccConfig { batch_points: 90, edge: 8, global: 16, joined: [12, 10] }
+    FpccConfig { batch_points: 90, edge: 8, global: 16, joined: [12, 10], neighbours: 20 }
 }
 
 pub(crate) fn small_fpccv2() -> FpccV2Config {

@@ -9,6 +9,7 @@ use crate::fpccv2::FpccV2Config;
 use crate::infer::{OwnClusters, TileVotes};
 use crate::loss::LossReport;
 use crate::model::SegmentModel;
+use crate::sparse_votes::SparseVotesConfig;
 use crate::tile::{Targets, ThinScene};
 use crate::train::{self, TrainConfig, Trained, TrainingRun};
 use geom::SeedTree;
@@ -39,6 +40,11 @@ macro_rules! architectures {
                 }
             }
 
+            /// A number that no such network can have, if there is one.
+            pub fn fault(&self) -> Option<&'static str> {
+                self.design().fault()
+            }
+
             /// What it can do.
             pub(crate) fn design(&self) -> &dyn Architecture {
                 match self {
@@ -61,6 +67,8 @@ architectures! {
     FpccV2(FpccV2Config) = "fpccv2",
     /// The thesis' first network.
     Fpcc(FpccConfig) = "fpcc",
+    /// A sparse-convolution U-Net with our heads.
+    SparseUnet(SparseVotesConfig) = "sparse-unet",
 }
 
 impl Default for NetworkConfig {

@@ -69,6 +69,13 @@ impl Default for SegmentConfig {
     }
 }
 
+impl SegmentConfig {
+    /// The thesis' clustering (Algorithm 1 and the nearest centre in embedding space) on one view of the cloud.
+    pub fn thesis() -> Self {
+        Self { clustering: Clustering::Embedding, passes: 1, ..Self::default() }
+    }
+}
+
 /// Sizes closer than this share one run of the network.
 const SAME_SIZE: f32 = 1.3;
 
