@@ -17,7 +17,6 @@ pub mod geotiff;
 pub mod glb;
 pub mod ifc;
 mod input;
-pub mod input;
 pub mod label_cloud;
 pub mod landxml;
 pub mod las;
