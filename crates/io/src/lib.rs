@@ -22,6 +22,7 @@ pub mod landxml;
 pub mod las;
 pub mod manifest;
 pub mod mesh;
+pub mod not_judged_csv;
 pub mod npy;
 pub mod obj;
 pub mod pcd;

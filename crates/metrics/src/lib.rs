@@ -7,7 +7,6 @@ pub mod instances;
 pub mod labelled_clouds;
 pub mod occlusion;
 pub mod packing;
-pub mod pose_error;
 pub mod poses;
 pub mod surface_distance;
 
@@ -22,6 +21,5 @@ pub use labelled_clouds::{
 };
 pub use occlusion::occlusion_rate;
 pub use packing::{expected_blocks, packing_density_per_m2, porosity};
-pub use pose_error::{PoseError, pose_error};
 pub use poses::{PoseCriteria, PoseScore, TrueBlock, score_poses};
 pub use surface_distance::{SurfaceMoments, surface_distance_m};

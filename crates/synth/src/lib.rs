@@ -15,6 +15,7 @@ mod scene;
 pub mod sensor;
 mod swath;
 mod targets;
+pub mod then;
 
 pub use crate::scene::{SynthScene, scene};
 pub use bin::Bin;

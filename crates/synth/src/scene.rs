@@ -60,7 +60,7 @@ fn ground(recipe: &Recipe, resolved: &Resolved, seed: SeedTree) -> scene::Ground
     }
 }
 
-fn measure(
+pub(crate) fn measure(
     recipe: &Recipe,
     resolved: &Resolved,
     catalog: &Catalog,
