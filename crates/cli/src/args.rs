@@ -2,7 +2,7 @@
 
 use crate::cmd;
 use clap::{Parser, Subcommand};
-use console::Output;
+use terminal::Output;
 
 /// Recognise every block of a pile in a survey and plan how to stack more up to a design surface.
 ///

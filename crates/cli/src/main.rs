@@ -6,8 +6,8 @@ mod words;
 
 use args::Command;
 use clap::Parser;
-use console::Terminal;
 use std::process::ExitCode;
+use terminal::Terminal;
 
 // glibc's allocator returns every tensor to the system: inference takes much longer with it.
 #[global_allocator]
@@ -16,7 +16,7 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 fn main() -> ExitCode {
     let options = args::Options::parse();
     let terminal = Terminal::new(&options.output);
-    console::end(&terminal, || dispatch(&options.command, &terminal))
+    terminal::end(&terminal, || dispatch(&options.command, &terminal))
 }
 
 fn dispatch(command: &Command, terminal: &Terminal) -> tsumu::Result<()> {

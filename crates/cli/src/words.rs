@@ -1,6 +1,6 @@
 //! Results in words, for people.
 
-use console::Terminal;
+use terminal::Terminal;
 use tsumu::{CountRange, PlannedSummary, RecogniseSummary, Recognition, Scores};
 
 fn percent(value: Option<f64>) -> String {

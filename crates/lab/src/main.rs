@@ -5,8 +5,8 @@ mod train;
 mod train_placement;
 
 use clap::{Parser, Subcommand};
-use console::{Output, Terminal};
 use std::process::ExitCode;
+use terminal::{Output, Terminal};
 
 // glibc's allocator returns every tensor to the system: training takes more than twice as long with it.
 #[global_allocator]
@@ -35,7 +35,7 @@ enum Command {
 fn main() -> ExitCode {
     let options = Options::parse();
     let terminal = Terminal::new(&options.output);
-    console::end(&terminal, || {
+    terminal::end(&terminal, || {
         let job = terminal.job()?;
         job.install(|| match &options.command {
             Command::Train(args) => train::train(args, &terminal, &job),

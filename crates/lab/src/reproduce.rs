@@ -2,10 +2,10 @@
 
 use anyhow::{Context, anyhow};
 use clap::Args;
-use console::Terminal;
 use reproduce::{Bench, EXPERIMENTS, Experiment, ReproduceError, Settings};
 use std::path::PathBuf;
 use std::time::Instant;
+use terminal::Terminal;
 use tsumu::{Error, Job, Result};
 
 /// Make the method's tables again, on scenes no training has seen.

@@ -3,7 +3,6 @@
 use crate::train_placement::{PlacementTraining, train_placement};
 use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand, ValueEnum};
-use console::Terminal;
 use geom::SeedTree;
 use net::Processor;
 use segment::fpcc::FpccConfig;
@@ -11,6 +10,7 @@ use segment::loss::LossConfig;
 use segment::{NetworkConfig, SegmentModel, Split, TrainConfig};
 use std::path::{Path, PathBuf};
 use teach::{Blocks, Lessons};
+use terminal::Terminal;
 use tsumu::{Error, Job, Result};
 
 /// Train.

@@ -3,13 +3,13 @@
 use crate::train::whole;
 use anyhow::anyhow;
 use clap::Args;
-use console::Terminal;
 use geom::SeedTree;
 use net::ResNetDepth;
 use placement::{NetworkShape, RotationCode, SampleConfig, TrainConfig};
 use scene::{BlockModel, Catalog};
 use std::path::PathBuf;
 use teach::PlacementLessons;
+use terminal::Terminal;
 use tsumu::{Error, Job, Result};
 
 /// `tsumu-lab train placement`.

@@ -36,14 +36,16 @@ pub struct SeenBlock {
 impl SeenBlock {
     /// A recognised block; `None` where nothing is stated.
     pub fn of(block: &Recognised) -> Option<Self> {
-        (block.judgement == scene::Judgement::Accepted).then(|| Self {
+        let fit = block.stated()?;
+        Some(Self {
             id: block.block.0,
-            model: block.model,
-            type_judged: block.type_judged,
-            site_from_block: block.site_from_block,
-            covariance: Some(block.covariance),
-            confidence: block.confidence,
-            occlusion: block.occlusion,
+            model: fit.model,
+            type_judged: fit.type_judged,
+            site_from_block: fit.site_from_block,
+            covariance: fit.covariance.map(|c| *c.row_major()),
+            // What nobody stated a doubt of, a reviewer's block, is certain.
+            confidence: fit.confidence.unwrap_or(1.0),
+            occlusion: fit.occlusion.unwrap_or(0.0),
             points: block.points.clone(),
         })
     }

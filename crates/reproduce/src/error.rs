@@ -21,6 +21,10 @@ pub enum ReproduceError {
     #[error(transparent)]
     Placement(#[from] placement::PlacementError),
     #[error(transparent)]
+    Pipeline(#[from] pipeline::PipelineError),
+    #[error(transparent)]
+    Monitor(#[from] monitor::MonitorError),
+    #[error(transparent)]
     Metrics(#[from] metrics::MetricsError),
     #[error("{file}: {source}")]
     File { file: String, source: std::io::Error },

@@ -9,7 +9,7 @@ use geom::DVec3;
 use io::blocks_csv::BlockRow;
 use io::not_judged_csv::NotJudgedRow;
 use io::placements_csv::PlacementRow;
-use io::{IoError, RawCloud};
+use io::RawCloud;
 use scene::{Recognised, Survey};
 use serde::Serialize;
 use std::path::Path;
@@ -41,13 +41,13 @@ pub(crate) fn write_labelled(
     path: &Path,
     survey: &Survey,
     segments: &Segments,
-) -> Result<(), IoError> {
+) -> Result<()> {
     let cloud = RawCloud {
         instance: Some(segments.instance.clone()),
         confidence: Some(segments.confidence.clone()),
         ..site_cloud(survey)
     };
-    io::points::write(path, &cloud)
+    Ok(io::points::write(path, &cloud)?)
 }
 
 /// The survey with the recognised block, its type and confidence for every point.

@@ -2,8 +2,8 @@
 
 use crate::words;
 use clap::Args;
-use console::Terminal;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{Evaluation, Result};
 
 /// Score a result against a truth, also files made by other programs.

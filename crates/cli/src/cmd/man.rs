@@ -2,8 +2,8 @@
 
 use anyhow::Context;
 use clap::{Args, CommandFactory};
-use console::Terminal;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::Result;
 
 /// Writes tsumu.1, tsumu-run.1, … into a folder.

@@ -2,8 +2,8 @@
 
 use crate::words;
 use clap::Args;
-use console::Terminal;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{PlanOptions, Result, Run, Settings, Site};
 
 /// Plan how many blocks to add, where, in which order and attitude.

@@ -4,8 +4,8 @@ use crate::cmd::chosen::Chosen;
 use crate::cmd::measured::Measured;
 use crate::words;
 use clap::Args;
-use console::Terminal;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{RecogniseSummary, Result, Run, Site};
 
 /// Find pose and type of every block in a cloud.

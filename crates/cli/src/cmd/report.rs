@@ -1,8 +1,8 @@
 //! `tsumu report`: the report of a run folder, again.
 
 use clap::Args;
-use console::Terminal;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{Result, Run, Site};
 
 /// Write the report of a run folder again.

@@ -3,9 +3,9 @@
 use crate::cmd::plan::PolicyName;
 use crate::words;
 use clap::Args;
-use console::Terminal;
 use serde_json::json;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{
     PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings, Site, WholeRun,
 };

@@ -3,9 +3,9 @@
 use crate::cmd::chosen::Chosen;
 use crate::cmd::measured::Measured;
 use clap::Args;
-use console::Terminal;
 use serde_json::json;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{Result, Site};
 
 /// Label every point of a cloud with the block it belongs to.

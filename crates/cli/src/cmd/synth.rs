@@ -2,8 +2,8 @@
 
 use anyhow::anyhow;
 use clap::Args;
-use console::Terminal;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{DatasetOptions, DatasetSummary, Error, Georeference, RecipeInputs, Result, Shard};
 
 /// Make synthetic piles with known truth, scanned like a survey.

@@ -2,8 +2,8 @@
 
 use anyhow::anyhow;
 use clap::Args;
-use console::Terminal;
 use std::path::PathBuf;
+use terminal::Terminal;
 use tsumu::{Error, Result, Run};
 
 /// Check that no file of a run folder has changed since it was written.
