@@ -1,7 +1,7 @@
 """Fits the weights of crates/pose/src/confidence.rs to the signs of many accepted blocks.
 
     SIGNS=signs.csv SEED=700001 target/release/examples/bench_poses ...      (docs/bench/poses.md names the piles)
-    tsumu reproduce pose-confidence --scenes 4 --seed 700001 --out signs
+    tsumu-lab reproduce pose-confidence --scenes 4 --seed 700001 --out signs
     python3 tools/oracle/fit_confidence.py signs.csv signs/pose-features.csv
 
 Logistic regression with a weak pull towards plain weights, because wrong blocks are rare. Blocks of the recipes' surveys

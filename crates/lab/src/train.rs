@@ -38,7 +38,7 @@ enum Architecture {
     Fpcc,
 }
 
-/// `tsumu train segment`.
+/// `tsumu-lab train segment`.
 #[derive(Debug, Args)]
 struct SegmentTraining {
     /// Recipe files; scenes are drawn from all of them in turn

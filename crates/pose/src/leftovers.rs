@@ -20,10 +20,11 @@ pub fn unexplained(
     templates: &[Template],
     config: &EvidenceConfig,
 ) -> Vec<u32> {
+    // The finest type's reach, so that none of its points pass for bed, whatever its place in the catalogue.
+    let reach = templates.iter().map(|t| reach_m(measured, t, config)).fold(f32::INFINITY, f32::min);
     let mut open: Vec<bool> = (0..measured.position.len())
         .map(|i| {
             let p = measured.position[i];
-            let reach = reach_m(measured, &templates[0], config);
             taken[i] < 0.05
                 && measured.bed.is_none_or(|bed| bed.plane.distance_m(p) > bed.relief_m + reach)
         })

@@ -80,6 +80,7 @@ fn template<'a>(
     config: &PoseConfig,
     seed: SeedTree,
 ) -> Result<Template<'a>, PoseError> {
+    // Every type draws from the same streams: a type's place in the catalogue decides nothing.
     let named = |source| PoseError::Mesh { name: model.name.clone(), source };
     model.mesh.check_solid().map_err(named)?;
     let margin_m = 0.3 * model.d_max_m;
@@ -87,18 +88,18 @@ fn template<'a>(
     let surface = even_surface(
         model,
         config.evidence.surface_samples,
-        seed.child("surface", u64::from(id.0)),
+        seed.child("surface", 0),
     );
     let dense_surface =
-        model.mesh.sample_surface(dense, &mut seed.child("dense", u64::from(id.0)).rng());
+        model.mesh.sample_surface(dense, &mut seed.child("dense", 0).rng());
     let thesis = config.method == Method::Ppf || config.ppf_hypotheses;
     let pairs = thesis.then(|| {
-        let few = even_surface(model, PAIR_POINTS, seed.child("pairs", u64::from(id.0)));
+        let few = even_surface(model, PAIR_POINTS, seed.child("pairs", 0));
         PairTable::new(few, 2.0 * model.d_max_m, &config.ppf)
     });
     let cloud = thesis.then(|| {
         let points =
-            model.mesh.sample_surface(CLOUD, &mut seed.child("cloud", u64::from(id.0)).rng());
+            model.mesh.sample_surface(CLOUD, &mut seed.child("cloud", 0).rng());
         let position: Vec<Vec3> = points.iter().map(|p| p.0).collect();
         ModelCloud { grid: PointGrid::new(&position, 0.08 * model.d_max_m), points }
     });
@@ -108,7 +109,7 @@ fn template<'a>(
         config.search.rotation_spacing_rad,
         config.search.max_rotations,
     );
-    let inside = inside(model, &field, seed.child("inside", u64::from(id.0)));
+    let inside = inside(model, &field, seed.child("inside", 0));
     let deepest_m = inside.iter().map(|&p| -field.distance_m(p)).fold(0.0, f32::max);
     Ok(Template {
         id,

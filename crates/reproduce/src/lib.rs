@@ -117,7 +117,7 @@ pub fn page(experiment: &Experiment, bench: &Bench) -> Result<String, ReproduceE
     );
     let model = if bench.model.is_some() { " --model MODEL" } else { "" };
     Ok(format!(
-        "# {}: {}\n\n`tsumu reproduce {} {options}{model}`, tsumu {}.\n\n{body}",
+        "# {}: {}\n\n`tsumu-lab reproduce {} {options}{model}`, tsumu {}.\n\n{body}",
         experiment.name,
         experiment.about,
         experiment.name,

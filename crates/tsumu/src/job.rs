@@ -8,6 +8,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Asks a job to stop, from any thread. Clones are of the same job.
+///
+/// ```
+/// use geom::Observer;
+/// use tsumu::{Cancel, Job};
+/// let stop = Cancel::default();
+/// let job = Job::silent().cancelled_by(stop.clone());
+/// assert!(!job.cancelled());
+/// stop.cancel();
+/// assert!(job.cancelled());
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 

@@ -18,6 +18,7 @@ mod error;
 mod evaluate;
 mod job;
 mod labelled;
+mod local_survey;
 mod outputs;
 mod page;
 mod planning;

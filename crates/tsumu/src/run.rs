@@ -89,8 +89,8 @@ impl<'a> NewRun<'a> {
     }
 
     /// Writes exports and report of what is kept.
-    pub fn present(&mut self, job: &Job) -> Result<()> {
-        let Some(recognition) = self.recognition else { return Ok(()) };
+    pub fn present(mut self, job: &Job) -> Result<Self> {
+        let Some(recognition) = self.recognition else { return Ok(self) };
         let drawings = drawn(self.site, recognition, self.planned)?;
         let planned = self.planned.zip(drawings.as_ref());
         export(&self.folder.exports(), self.site, recognition, planned)?;
@@ -107,7 +107,7 @@ impl<'a> NewRun<'a> {
         io::atomic::write_bytes(&self.folder.report(), page.html.as_bytes())?;
         io::atomic::write_bytes(&self.folder.picture(), &page.png)?;
         job.done("report");
-        Ok(())
+        Ok(self)
     }
 
     /// Writes the picture alone.
@@ -132,6 +132,17 @@ impl<'a> NewRun<'a> {
 }
 
 /// A run folder as it was kept, or as it was corrected by hand since.
+///
+/// ```no_run
+/// # fn main() -> tsumu::Result<()> {
+/// use tsumu::{Job, Run, Site};
+/// let (folder, job) = ("examples/breakwater".as_ref(), Job::silent());
+/// let site = Run::settled("out".as_ref(), Site::load(folder, &job)?, &job)?;
+/// let run = Run::open("out".as_ref(), &site)?;
+/// println!("{} blocks", scene::stated(&run.recognition.blocks).count());
+/// run.report(&site, &job)?.write_html("page.html".as_ref())?;
+/// # Ok(()) }
+/// ```
 pub struct Run {
     /// Where its files lie.
     pub folder: RunFolder,
@@ -172,11 +183,17 @@ impl Run {
         stored::recognition(&folder, site, manifest.as_ref())
     }
 
-    /// The site with the seed and the settings this run was made with, where its folder has them.
-    pub fn settled(folder: &Path, mut site: Site) -> Result<Site> {
+    /// The site with the seed and the settings this run was made with, where its folder has them; warns of settings that it
+    /// cannot read, those of another version say.
+    pub fn settled(folder: &Path, mut site: Site, job: &Job) -> Result<Site> {
         let folder = RunFolder::existing(folder);
-        if folder.config().is_file() {
-            site.config = settings::read(&folder.config())?;
+        match folder.config().is_file().then(|| settings::read(&folder.config())) {
+            Some(Ok(config)) => site.config = config,
+            Some(Err(error)) => {
+                let message = format!("{}; the site's settings are taken instead", error.line());
+                job.event(Event::Warned(Warning { stage: "run", message }));
+            }
+            None => {}
         }
         if let Ok(manifest) = Manifest::load(folder.root()) {
             site.seed = manifest.seed;

@@ -12,6 +12,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What there is to recognise and to plan on.
+///
+/// ```no_run
+/// use tsumu::{Job, RecogniseOptions, Settings, Site};
+/// let settings = Settings { plans: Some(0), seed: Some(7), ..Settings::default() };
+/// let job = Job::silent().on_threads(2)?;
+/// let site = Site::load_with("examples/breakwater".as_ref(), &settings, &job)?;
+/// let found = site.recognise(&RecogniseOptions::default(), &job)?;
+/// println!("{} instances, {} blocks", found.segments.instances, found.blocks.len());
+/// # Ok::<(), tsumu::Error>(())
+/// ```
 pub struct Site {
     /// Name for reports.
     pub name: String,

@@ -1,11 +1,11 @@
 //! Clouds as files have them, as one local survey.
 
 use crate::error::OrBadInput;
+use crate::local_survey::{RawSurvey, local_survey};
 use crate::{Error, Result};
 use anyhow::anyhow;
 use geom::{DVec3, Event, Observer};
 use io::{IoError, RawCloud};
-use pipeline::survey::{RawSurvey, local_survey};
 use scene::{Area, AxisOrder, SensorKind, Survey};
 use std::path::{Path, PathBuf};
 

@@ -12,7 +12,7 @@ use segment::SegmentModel;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The file `tsumu train segment` leaves in its folder.
+/// The file `tsumu-lab train segment` leaves in its folder.
 const MODEL_FILE: &str = "model.safetensors";
 
 /// Weights and where they come from.
@@ -121,7 +121,7 @@ pub(crate) fn proposer(
     if !unseen_types.is_empty() {
         let message = format!(
             "the placement network never saw the shape of {}: its proposals may be poor; use policy `search`, or train \
-             one with `tsumu train placement`",
+             one with `tsumu-lab train placement`",
             unseen_types.join(", ")
         );
         observer.event(Event::Warned(Warning { stage: "plan", message }));

@@ -86,8 +86,7 @@ impl<'a> WholeRun<'a> {
         let job = self.parts.job();
         let mut new = self.new_run()?;
         new.holds(recognition, planned);
-        new.present(job)?;
-        let folder = new.seal()?;
+        let folder = new.present(job)?.seal()?;
         job.done("manifest");
         self.parts.finish()?;
         Ok(folder)

@@ -25,7 +25,7 @@ pub struct ReportArgs {
 pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<()> {
     let job = terminal.job()?;
     let folder = Site::folder_of_run(&args.run, args.site.as_deref())?;
-    let site = Run::settled(&args.run, Site::load(&folder, &job)?)?;
+    let site = Run::settled(&args.run, Site::load(&folder, &job)?, &job)?;
     let run = Run::open(&args.run, &site)?;
     let page = run.report(&site, &job)?;
     let out = args.out.clone().unwrap_or_else(|| run.folder.report());
