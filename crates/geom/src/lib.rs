@@ -15,7 +15,7 @@ mod mesh;
 mod mesh_query;
 mod normals;
 mod observer;
-pub mod plane;
+mod plane;
 mod point_grid;
 mod raster;
 mod sdf;
