@@ -4,6 +4,7 @@
 //! block is, reads a file or looks at a clock.
 
 mod bounds;
+mod cells;
 mod cloud;
 mod convex;
 mod height_map;
@@ -14,13 +15,13 @@ mod mesh;
 mod mesh_query;
 mod normals;
 mod observer;
-pub mod plane;
-pub mod point_grid;
+mod plane;
+mod point_grid;
 mod raster;
 mod sdf;
 mod seeds;
+mod thinning;
 mod union;
-mod voxel;
 
 pub use bounds::Bounds;
 pub use cloud::PointCloud;
@@ -38,5 +39,5 @@ pub use plane::{Plane, find_plane, find_walls};
 pub use point_grid::PointGrid;
 pub use sdf::DistanceField;
 pub use seeds::SeedTree;
+pub use thinning::{Thinned, thin, thin_from_lowest};
 pub use union::union;
-pub use voxel::{Thinned, thin};

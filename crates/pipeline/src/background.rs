@@ -1,6 +1,6 @@
 //! A depth camera sees the bin too: its floor and walls, and what lies beyond them, go before the network.
 
-use geom::plane::find_walls;
+use geom::find_walls;
 use geom::{Event, Observer, Plane, SeedTree, Vec3};
 use scene::{Catalog, Recognised, Segmentation, SensorKind, Survey};
 use serde::{Deserialize, Serialize};

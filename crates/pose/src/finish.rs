@@ -71,7 +71,7 @@ pub fn members(labels: &[u32], blocks: usize) -> Vec<Vec<u32>> {
 /// The survey points of a list, or an even part of a long one, as the fit wants them.
 pub fn fit_points(survey: &Survey, measured: &Measured, index: &[u32]) -> Vec<FitPoint> {
     let stride = index.len().div_ceil(MOST_POINTS).max(1);
-    let working = |i: u32| measured.thinned.owner[i as usize] as usize;
+    let working = |i: u32| measured.thinned.cell_of_point[i as usize] as usize;
     index
         .iter()
         .step_by(stride)

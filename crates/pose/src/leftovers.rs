@@ -10,7 +10,7 @@ use crate::search::Task;
 use crate::template::Template;
 use crate::{EvidenceConfig, acceptance::Candidate};
 use geom::Vec3;
-use geom::point_grid::thin;
+use geom::thin_from_lowest;
 
 /// Working points that still want an explanation, ascending.
 pub fn unexplained(
@@ -50,7 +50,7 @@ pub fn tasks(measured: &Measured, open: &[u32], d_max_m: f32) -> Vec<Task> {
     let position: Vec<Vec3> = open.iter().map(|&i| measured.position[i as usize]).collect();
     let grid = geom::PointGrid::new(&position, 0.4 * d_max_m);
     let fewest = (0.08 * d_max_m * d_max_m / measured.point_area_m2).max(20.0) as usize;
-    thin(&position, 0.6 * d_max_m)
+    thin_from_lowest(&position, 0.6 * d_max_m)
         .kept
         .into_iter()
         .filter_map(|k| {

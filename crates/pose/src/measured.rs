@@ -5,7 +5,7 @@
 
 use crate::fit::FitPoint;
 use crate::sight::Sight;
-use geom::point_grid::{Thinned, thin};
+use geom::{Thinned, thin_from_lowest};
 use geom::{Bounds, Plane, PointGrid, SeedTree, Vec3, find_plane};
 use scene::{SensorKind, Survey};
 
@@ -56,7 +56,7 @@ impl Measured {
         seed: SeedTree,
     ) -> Self {
         let all = &survey.cloud.position_m;
-        let thinned = thin(all, cell_m);
+        let thinned = thin_from_lowest(all, cell_m);
         let position: Vec<Vec3> = thinned.kept.iter().map(|&i| all[i as usize]).collect();
         let grid = PointGrid::new(&position, cell_m * 2.0);
         let to_sensor: Vec<Vec3> =
@@ -112,7 +112,7 @@ impl Measured {
     pub fn working(&self, survey_points: &[u32]) -> Vec<u32> {
         let mut own: Vec<u32> = survey_points
             .iter()
-            .map(|&i| self.thinned.owner[i as usize])
+            .map(|&i| self.thinned.cell_of_point[i as usize])
             .filter(|&o| o != u32::MAX)
             .collect();
         own.sort_unstable();

@@ -188,7 +188,7 @@ impl Case<'_> {
             .into_iter()
             .step_by(stride)
             .map(|i| {
-                let working = self.measured.thinned.owner[i as usize] as usize;
+                let working = self.measured.thinned.cell_of_point[i as usize] as usize;
                 FitPoint {
                     position: self.survey.cloud.position_m[i as usize],
                     normal: self.measured.normal[working],

@@ -1,4 +1,4 @@
-//! Fits the width of the votes' kernel and the confidence of weights anew on scenes of the six sets: `fit_confidence MODEL OUT [SEED] [SCENES]`.
+//! Fits the width of the votes' kernel and the confidence of weights anew on scenes of the six sets: `fit_votes MODEL OUT [SEED] [SCENES]`.
 
 use geom::{SeedTree, Silent};
 use segment::calibration::CalibrationData;
