@@ -1,7 +1,7 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
 use crate::acceptance::Candidate;
-use crate::confidence::{Features, PilePrior, type_confidence};
+use crate::confidence::{Features, type_confidence};
 use crate::evidence::reach_m;
 use crate::fattening::{Fattening, residuals};
 use crate::features::Context;
@@ -137,7 +137,7 @@ pub fn refine(
 /// The statement on one accepted block before it is judged, and the features it is judged by.
 pub fn statement(
     survey: &Survey,
-    block: &Accepted,
+    (entry, block): (usize, &Accepted),
     points: Vec<u32>,
     context: &Context,
     templates: &[Template],
@@ -150,7 +150,7 @@ pub fn statement(
     let distance = |template: &Template, at: &CentredPose| distance_m(template, at, &sample);
     let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
     let features = context.features(
-        block,
+        entry,
         &points,
         distance(template, &block.at),
         covariance.as_ref(),
@@ -174,22 +174,27 @@ pub fn statement(
 
 /// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
 pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &EvidenceConfig) {
-    let features: Vec<Features> = statements.iter().filter_map(|s| s.1).collect();
-    let pile = PilePrior::of(&features);
     for (block, features) in statements {
         let Some(features) = features else { continue };
         let type_confidence = type_confidence(features);
         block.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.
         block.confidence =
-            pile.confidence(features) * if block.type_judged { type_confidence } else { 1.0 };
-        let held = features.shift_sd.is_finite()
-            && !features.in_a_plane
-            && block.points.len() >= crate::search::FEWEST_POINTS;
+            features.confidence() * if block.type_judged { type_confidence } else { 1.0 };
+        let held =
+            features.shift_sd.is_finite() && block.points.len() >= crate::search::FEWEST_POINTS;
         if held && block.confidence >= config.min_confidence {
             block.judgement = Judgement::Accepted;
         }
     }
+}
+
+/// Largest standard deviations of a pose's place and turn over a true positive's limits.
+pub fn largest_sd(covariance: &[f32; 36], d_box_m: f32) -> (f32, f32) {
+    let sd = |k: std::ops::Range<usize>| {
+        k.map(|i| covariance[i * 7].max(0.0).sqrt()).fold(0.0, f32::max)
+    };
+    (sd(0..3) / (0.1 * d_box_m), sd(3..6) / 5.0_f32.to_radians())
 }
 
 /// Mean distance of the points from the block's surface, metres.

@@ -61,9 +61,20 @@ impl Sight {
 
     /// The verdict of all views on a piece of surface at `p` with outward `normal`; `None` when it faces none.
     pub fn of_surface(&self, p: Vec3, normal: Vec3, margin_m: f32) -> Option<Seen> {
+        self.of_surface_facing(p, normal, margin_m, 0.25)
+    }
+
+    /// The same, of views that the surface is turned to by more than this cosine.
+    pub fn of_surface_facing(
+        &self,
+        p: Vec3,
+        normal: Vec3,
+        margin_m: f32,
+        least_cosine: f32,
+    ) -> Option<Seen> {
         let (mut here, mut through, mut hidden, mut unknown) = (0, 0, 0, 0);
         for view in &self.views {
-            if normal.dot(view.toward(p)) < 0.25 {
+            if normal.dot(view.toward(p)) < least_cosine {
                 continue;
             }
             match view.seen(p, margin_m) {
@@ -85,6 +96,10 @@ impl Sight {
         } else {
             None
         }
+    }
+    /// Whether a sensor looked through a place where there should be something solid.
+    pub fn looked_through(&self, p: Vec3, margin_m: f32) -> bool {
+        self.views.iter().any(|view| view.seen(p, margin_m) == Seen::Through)
     }
 }
 
