@@ -11,7 +11,10 @@
 use geom::{PointCloud, SeedTree, Silent, Vec3};
 use pose::{EvidenceConfig, NAMES, PoseConfig};
 use rand::RngExt;
-use scene::{BlockSpec, Catalog, CatalogSpec, Segmentation, SensorKind, Shape, Survey};
+use scene::{
+    BlockSpec, Catalog, CatalogSpec, PoseLimits, PosedModel, Segmentation, SensorKind, Shape,
+    Survey,
+};
 use std::collections::BTreeMap;
 use synth::{Recipe, SynthScene};
 
@@ -126,31 +129,30 @@ fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&Synt
     };
     for (block, features) in found {
         let Some(features) = features else { continue };
-        let model = catalog.get(block.model);
+        let Some(fit) = block.fit() else { continue };
+        let model = catalog.get(fit.model);
         let error = |s: &SynthScene| {
             s.scene
                 .blocks
                 .iter()
                 .map(|b| {
-                    let e = metrics::pose_error(
-                        model,
-                        &block.site_from_block,
-                        catalog.get(b.model),
-                        &b.site_from_block,
-                    );
+                    let truth = PosedModel::new(catalog.get(b.model), b.site_from_block);
+                    let e = fit.posed(catalog).error(&truth);
                     (e.displacement_m, e.rotation_rad)
                 })
                 .min_by(|a, b| a.0.total_cmp(&b.0))
                 .expect("a pile has blocks")
         };
         let error = truth.map(error);
+        let limits = PoseLimits::right(model);
         let right = error.is_some_and(|(shift_m, turn_rad)| {
-            shift_m <= 0.1 * model.d_box_m && turn_rad <= 5.0_f32.to_radians()
+            shift_m <= limits.displacement_m && turn_rad <= limits.rotation_rad
         });
         // Errors over their standard deviations, for judging the covariance.
         let sd = |k: usize| {
-            (block.covariance[7 * k] + block.covariance[7 * k + 7] + block.covariance[7 * k + 14])
-                .sqrt()
+            let variance =
+                |c: &scene::Covariance| (0..3).map(|i| c.row_major()[7 * (k + i)]).sum::<f32>();
+            fit.covariance.as_ref().map_or(f32::INFINITY, |c| variance(c).sqrt())
         };
         let (shift, turn) = error.map_or((0.0, 0.0), |e| (e.0 / sd(0), e.1 / sd(3)));
         let terms: Vec<String> = features.terms().iter().map(|t| format!("{t:.4}")).collect();

@@ -9,7 +9,7 @@ use crate::measured::Measured;
 use crate::shell::Near;
 use crate::sight::Seen;
 use crate::template::Template;
-use geom::Vec3;
+use geom::{Quat, Vec3};
 
 /// The numbers of one block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,6 +40,8 @@ const AGREES: f32 = 0.3;
 const FACING: f32 = 0.35;
 /// How far sizes are off before anything is measured.
 const SCALE_PRIOR_SD: f32 = 0.1;
+/// Sizes further off are another block.
+const MOST_SCALE: f32 = 0.25;
 /// Neighbouring points err together; this many count as one.
 const POINTS_A_FACT: f64 = 16.0;
 
@@ -124,6 +126,9 @@ fn seen(block: &Accepted, template: &Template, measured: &Measured, reach_m: f32
     (there / due.max(1.0), through as f32 / template.inside.len().max(1) as f32)
 }
 
+/// Steps of the fit with a free size.
+const SCALE_STEPS: usize = 4;
+
 /// Logarithm of the size that would fit the shell best over the block's own, the pose moving along, and its standard
 /// deviation.
 fn scale(
@@ -135,48 +140,87 @@ fn scale(
 ) -> (f32, f32) {
     let centre = template.model.centre;
     let d_max = template.model.d_max_m;
-    let site_from_block = block.at.pose(centre);
-    let block_from_site = site_from_block.inverse();
     let sd = f64::from(measured.noise_sd_m.max(0.3 * template.field.cell_m()));
+    let variance = (sd / f64::from(d_max)).powi(2) * POINTS_A_FACT;
     let keep_m = 2.0 * reach_m;
-    // Unknowns: shift, turn (both over d_max, in block axes) and logarithm of the size.
-    let mut a = vec![0.0_f64; 49];
-    let mut b = vec![0.0_f64; 7];
-    for near in shell {
-        let x = (block_from_site * measured.position[near.point as usize] - centre) / d_max;
-        let g = near.face;
-        let turn = x.cross(g);
-        let j = [g.x, g.y, g.z, turn.x, turn.y, turn.z, x.dot(g)];
-        let d = near.off_m / d_max;
-        let keep = keep_m * keep_m / (keep_m * keep_m + near.off_m * near.off_m);
-        let w = f64::from(near.agreement * keep * keep);
-        for i in 0..7 {
-            b[i] += w * f64::from(j[i] * d);
-            for k in 0..7 {
-                a[i * 7 + k] += w * f64::from(j[i] * j[k]);
+    let (mut at, mut log, mut free) = (block.at, 0.0_f32, 0.0);
+    for _ in 0..SCALE_STEPS {
+        let size = log.exp();
+        let block_from_site = at.rotation.inverse();
+        // Unknowns: shift, turn (both over d_max, in block axes) and logarithm of the size.
+        let mut a = vec![0.0_f64; 49];
+        let mut b = vec![0.0_f64; 7];
+        for near in shell {
+            let x = block_from_site * (measured.position[near.point as usize] - at.centre);
+            let (d, g) = template.field.at(x / size + centre);
+            let (d, x) = (size * d, x / d_max);
+            let turn = x.cross(g);
+            let j = [g.x, g.y, g.z, turn.x, turn.y, turn.z, x.dot(g)];
+            let keep = keep_m * keep_m / (keep_m * keep_m + d * d);
+            let w = f64::from(near.agreement * keep * keep);
+            for i in 0..7 {
+                b[i] += w * f64::from(j[i] * d / d_max);
+                for k in 0..7 {
+                    a[i * 7 + k] += w * f64::from(j[i] * j[k]);
+                }
             }
         }
+        for i in 0..7 {
+            let prior: f32 = if i == 6 { SCALE_PRIOR_SD } else { 0.2 };
+            a[i * 7 + i] += variance * f64::from(prior).powi(-2);
+        }
+        b[6] -= f64::from(log) * variance * f64::from(SCALE_PRIOR_SD).powi(-2);
+        let mut unit = vec![0.0; 7];
+        unit[6] = 1.0;
+        free = solve(&mut a.clone(), unit, 7)[6] * variance;
+        let step: Vec<f32> = solve(&mut a, b, 7).into_iter().map(|v| v as f32).collect();
+        let shift = Vec3::new(step[0], step[1], step[2]) * d_max;
+        let turn = Vec3::new(step[3], step[4], step[5]).clamp_length_max(0.2);
+        at.centre += at.rotation * shift.clamp_length_max(0.1 * d_max);
+        at.rotation = (at.rotation * Quat::from_scaled_axis(turn)).normalize();
+        log = (log + step[6]).clamp(-MOST_SCALE, MOST_SCALE);
     }
-    let variance = (sd / f64::from(d_max)).powi(2) * POINTS_A_FACT;
-    for i in 0..7 {
-        let prior: f32 = if i == 6 { SCALE_PRIOR_SD } else { 0.2 };
-        a[i * 7 + i] += variance * f64::from(prior).powi(-2);
-    }
-    let mut unit = vec![0.0; 7];
-    unit[6] = 1.0;
-    let free = solve(&mut a.clone(), unit, 7)[6] * variance;
-    let best = solve(&mut a, b, 7)[6];
-    (best as f32, free.max(0.0).sqrt() as f32)
+    (log, free.max(0.0).sqrt() as f32)
 }
 
-/// The size that fits the blocks of a survey best over the catalogue's: median of the blocks' own, each counted by how well it is
-/// held; 0 without blocks.
-pub fn common_scale(blocks: &[Absolute]) -> f32 {
-    let mut of: Vec<(f32, f32)> = blocks
+/// The size that fits the blocks of a survey best.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CommonSize {
+    /// Over the catalogue's.
+    pub factor: f32,
+    /// Its standard deviation, from how the blocks differ.
+    pub factor_sd: f32,
+    /// Blocks that say so.
+    pub blocks: usize,
+}
+
+/// Fewest blocks that a common size is believed of.
+const FEWEST_BLOCKS: usize = 3;
+/// Meshes and surveys err in common by this share.
+const LEAST_SCALE_SD: f32 = 0.003;
+
+/// Median of the blocks' own sizes, each counted by how well it is held; `None` with too few blocks.
+pub fn common_size(blocks: &[Absolute]) -> Option<CommonSize> {
+    let of: Vec<(f32, f32)> = blocks
         .iter()
         .map(|b| (b.scale, 1.0 / (b.scale_sd * b.scale_sd + 1e-4)))
         .filter(|b| b.0.is_finite() && b.1.is_finite())
         .collect();
+    if of.len() < FEWEST_BLOCKS {
+        return None;
+    }
+    let middle = weighted_median(of.clone());
+    let off = of.iter().map(|o| ((o.0 - middle).abs(), o.1)).collect();
+    let spread = 1.4826 * weighted_median(off) / (of.len() as f32).sqrt();
+    Some(CommonSize {
+        factor: middle.exp(),
+        factor_sd: spread.hypot(LEAST_SCALE_SD),
+        blocks: of.len(),
+    })
+}
+
+/// Of values with their weights.
+fn weighted_median(mut of: Vec<(f32, f32)>) -> f32 {
     of.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = 0.5 * of.iter().map(|o| o.1).sum::<f32>();
     let mut sum = 0.0;

@@ -4,7 +4,7 @@
 //! numbers that the confidence is a function of.
 
 use crate::EvidenceConfig;
-use crate::absolute::{Absolute, common_scale};
+use crate::absolute::{Absolute, CommonSize, common_size};
 use crate::acceptance::{Candidate, overlap_tolerance_m};
 use crate::confidence::Features;
 use crate::evidence::{Evidence, reach_m, shared_inside, weigh};
@@ -16,7 +16,7 @@ use crate::shell::Shells;
 use crate::template::Template;
 use geom::Vec3;
 use rayon::prelude::*;
-use scene::Survey;
+use scene::{PoseLimits, Survey};
 
 /// A pose this far from the stated one, over a true positive's limits, is another pose and not the same one unrefined.
 const ANOTHER: f32 = 1.5;
@@ -42,8 +42,8 @@ pub struct Context<'a> {
     typical_m: f32,
     /// What each block is by itself.
     absolute: Vec<Absolute>,
-    /// The size that fits all blocks best over the catalogue's, a logarithm.
-    common_scale: f32,
+    /// The size that fits all blocks best.
+    pub size: Option<CommonSize>,
     shells: Shells,
     /// Share of the points that blocks explain, those of the bed aside.
     explained: f32,
@@ -86,29 +86,14 @@ impl<'a> Context<'a> {
                 Absolute::of(block, shell, template, measured, reach_m(measured, template, config))
             })
             .collect();
-        let common_scale = common_scale(&absolute);
-        let explained = shells.explained_in_all();
-        Self {
-            blocks,
-            pool,
-            templates,
-            measured,
-            typical_m,
-            absolute,
-            common_scale,
-            shells,
-            explained,
-        }
+        let size = common_size(&absolute);
+        let explained = shells.explained_by(|_| true);
+        Self { blocks, pool, templates, measured, typical_m, absolute, size, shells, explained }
     }
 
-    /// Share of what stands above the bed that the blocks explain.
-    pub fn explained(&self) -> f32 {
-        self.explained
-    }
-
-    /// The size that fits all blocks best over the catalogue's.
-    pub fn common_size(&self) -> f32 {
-        self.common_scale.exp()
+    /// Share of what stands above the bed that the blocks for which `counts` holds explain.
+    pub fn explained_by(&self, counts: impl Fn(usize) -> bool) -> f32 {
+        self.shells.explained_by(counts)
     }
 
     /// The features of a block at its final pose, on its own points, from which the surface is off by `distance_m`.
@@ -133,8 +118,8 @@ impl<'a> Context<'a> {
                 count += 1;
             }
         }
-        let (shift_sd, turn_sd) = covariance
-            .map_or((f32::INFINITY, f32::INFINITY), |c| largest_sd(c, template.model.d_box_m));
+        let (shift_sd, turn_sd) =
+            covariance.map_or((f32::INFINITY, f32::INFINITY), |c| largest_sd(c, template.model));
         Features {
             area: area_m2 / case.unit_m2,
             fit: weight / (count as f32).max(1.0),
@@ -213,8 +198,8 @@ impl<'a> Context<'a> {
         config: &EvidenceConfig,
     ) -> f32 {
         let template = &self.templates[block.template];
-        let (shift_m, turn_rad) =
-            (ANOTHER * 0.1 * template.model.d_box_m, ANOTHER * 5.0_f32.to_radians());
+        let right = PoseLimits::right(template.model);
+        let (shift_m, turn_rad) = (ANOTHER * right.displacement_m, ANOTHER * right.rotation_rad);
         let worth = |e: &Evidence| {
             let explained: f32 =
                 e.explained.iter().filter(|x| own.binary_search(&x.0).is_ok()).map(|x| x.1).sum();

@@ -12,7 +12,9 @@ use crate::types::decide;
 use crate::{EvidenceConfig, Method, PoseConfig};
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
-use scene::{InstanceId, Judgement, Recognised, SensorKind, Survey};
+use scene::{
+    Covariance, Fit, Guess, InstanceId, PoseLimits, Recognised, SensorKind, Survey, Verdict,
+};
 
 /// An accepted block on its way to the statement.
 pub struct Accepted {
@@ -156,45 +158,56 @@ pub fn statement(
         covariance.as_ref(),
         config,
     );
-    let statement = Recognised {
-        block: InstanceId(0),
+    let fit = Fit {
         model: template.id,
         site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
         type_judged: false,
-        judgement: Judgement::NotJudged,
-        confidence: 0.0,
-        fitness_m: distance(template, &block.at),
+        confidence: None,
+        fitness_m: Some(distance(template, &block.at)),
         runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
-        occlusion: 1.0 - visible_share(template, &block.at, measured),
-        points,
-        covariance: covariance.unwrap_or([0.0; 36]),
+        occlusion: Some(1.0 - visible_share(template, &block.at, measured)),
+        covariance: covariance.map(Covariance::new),
     };
-    (statement, features)
+    let verdict = Verdict::NotJudged(Guess::Fit(fit));
+    (Recognised { block: InstanceId(0), points, verdict }, features)
 }
 
+/// Blocks of a significantly wrong size are this sure at most.
+const WRONG_SIZE_CONFIDENCE: f32 = 0.4;
+
 /// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
-pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &EvidenceConfig) {
+pub fn judge(
+    statements: &mut [(Recognised, Option<Features>)],
+    wrong_size: bool,
+    config: &EvidenceConfig,
+) {
     for (block, features) in statements {
-        let Some(features) = features else { continue };
+        let (Some(features), Some(mut fit)) = (features, block.fit().cloned()) else { continue };
         let type_confidence = type_confidence(features);
-        block.type_judged = type_confidence >= config.min_type_confidence;
+        fit.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.
-        block.confidence =
-            features.confidence() * if block.type_judged { type_confidence } else { 1.0 };
+        let confidence =
+            features.confidence() * if fit.type_judged { type_confidence } else { 1.0 };
+        let most = if wrong_size { WRONG_SIZE_CONFIDENCE } else { 1.0 };
+        let confidence = confidence.min(most);
+        fit.confidence = Some(confidence);
         let held =
             features.shift_sd.is_finite() && block.points.len() >= crate::search::FEWEST_POINTS;
-        if held && block.confidence >= config.min_confidence {
-            block.judgement = Judgement::Accepted;
-        }
+        block.verdict = if held && confidence >= config.min_confidence {
+            Verdict::Stated(fit)
+        } else {
+            Verdict::NotJudged(Guess::Fit(fit))
+        };
     }
 }
 
 /// Largest standard deviations of a pose's place and turn over a true positive's limits.
-pub fn largest_sd(covariance: &[f32; 36], d_box_m: f32) -> (f32, f32) {
+pub fn largest_sd(covariance: &[f32; 36], model: &scene::BlockModel) -> (f32, f32) {
+    let right = PoseLimits::right(model);
     let sd = |k: std::ops::Range<usize>| {
         k.map(|i| covariance[i * 7].max(0.0).sqrt()).fold(0.0, f32::max)
     };
-    (sd(0..3) / (0.1 * d_box_m), sd(3..6) / 5.0_f32.to_radians())
+    (sd(0..3) / right.displacement_m, sd(3..6) / right.rotation_rad)
 }
 
 /// Mean distance of the points from the block's surface, metres.

@@ -115,7 +115,7 @@ fn well_held(candidate: &Candidate, gain: f32, template: &Template, measured: &M
     else {
         return false;
     };
-    let (shift, turn) = crate::finish::largest_sd(&covariance, template.model.d_box_m);
+    let (shift, turn) = crate::finish::largest_sd(&covariance, template.model);
     shift.max(turn) < HELD_SD
 }
 

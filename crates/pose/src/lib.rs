@@ -1,4 +1,4 @@
-//! From segments and centre hypotheses to accepted blocks with pose and type (METHOD §4, FINDINGS).
+//! From segments and centre hypotheses to accepted blocks with pose and type (METHOD §4).
 //!
 //! [`recognise`] is the stage. The default searches rotations on the model's distance field and lets all hypotheses
 //! compete for the points; the thesis' point pair features are there for comparison and as a second source.
@@ -28,10 +28,16 @@ mod sight;
 mod template;
 mod thesis;
 mod types;
+mod unjudged;
+mod verdict;
+mod viewpoint;
 
+pub use absolute::CommonSize;
 pub use confidence::{Features, NAMES};
 pub use config::{
     EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig, StatedPlane,
 };
 pub use error::PoseError;
-pub use recognise::{recognise, recognise_with_features};
+pub use recognise::{Outcome, recognise, recognise_pile, recognise_with_features};
+pub use verdict::PileVerdict;
+pub use viewpoint::Viewpoint;

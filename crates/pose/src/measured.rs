@@ -6,6 +6,7 @@
 use crate::fit::FitPoint;
 use crate::ground::{Bed, lowest_plane};
 use crate::sight::Sight;
+use crate::viewpoint::{self, Viewpoint};
 use geom::point_grid::{Thinned, thin};
 use geom::{PointGrid, Vec3};
 use scene::{SensorKind, Survey};
@@ -16,6 +17,8 @@ pub struct Measured {
     pub position: Vec<Vec3>,
     /// Unit normals facing the sensor; zero where there is none.
     pub normal: Vec<Vec3>,
+    /// From where it was measured, when no sensor position is known.
+    pub viewpoint: Option<Viewpoint>,
     /// Unit directions to the sensor.
     pub to_sensor: Vec<Vec3>,
     /// Survey index of each working point, and working point of each survey point.
@@ -55,22 +58,26 @@ impl Measured {
         let thinned = thin(all, cell_m);
         let position: Vec<Vec3> = thinned.kept.iter().map(|&i| all[i as usize]).collect();
         let grid = PointGrid::new(&position, cell_m * 2.0);
-        let to_sensor: Vec<Vec3> =
-            position.iter().map(|&p| toward_sensor(p, &survey.sensor_positions)).collect();
         let point_area_m2 = point_area_of_m2(&position, &grid, cell_m);
         let spacing_m = point_area_m2.sqrt();
+        let viewpoint = survey
+            .sensor_positions
+            .is_empty()
+            .then(|| viewpoint::likeliest(&position, spacing_m, d_max_m));
+        let far = viewpoint.map_or(Vec3::Z, |v| v.toward);
+        let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions, far);
+        let to_sensor: Vec<Vec3> = position.iter().map(|&p| direction(p)).collect();
         let radius_m = (2.6 * cell_m.max(spacing_m)).max(3.5 * noise_sd_m).min(0.3 * d_max_m);
         let normal = if survey.cloud.has_normals() {
             let given =
                 thinned.kept.iter().map(|&i| survey.cloud.normal[i as usize].normalize_or_zero());
             given.zip(&to_sensor).map(|(n, v)| if n.dot(*v) < 0.0 { -n } else { n }).collect()
         } else {
-            let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions);
             geom::normals(&position, radius_m, &direction)
         };
         let everything = PointGrid::new(all, cell_m * 2.0);
         let survey_spacing_m = point_area_of_m2(all, &everything, cell_m).sqrt();
-        let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
+        let sight = Sight::new(&position, &survey.sensor_positions, far, spacing_m);
         // A depth camera's floor has gone with the bin (`walls`): a plane through what it sees lowest may be the front of
         // the very parts looked for.
         let lowest = stated_bed.or_else(|| {
@@ -82,6 +89,7 @@ impl Measured {
         Self {
             position,
             normal,
+            viewpoint,
             to_sensor,
             thinned,
             grid,
@@ -120,12 +128,12 @@ impl Measured {
     }
 }
 
-/// Unit direction from a point to the nearest sensor position; straight up when none is known.
-pub fn toward_sensor(p: Vec3, sensors: &[Vec3]) -> Vec3 {
+/// Unit direction from a point to the nearest sensor position; `far` when none is known.
+pub fn toward_sensor(p: Vec3, sensors: &[Vec3], far: Vec3) -> Vec3 {
     let nearest = sensors
         .iter()
         .min_by(|a, b| (**a - p).length_squared().total_cmp(&(**b - p).length_squared()));
-    nearest.and_then(|s| (*s - p).try_normalize()).unwrap_or(Vec3::Z)
+    nearest.and_then(|s| (*s - p).try_normalize()).unwrap_or(far)
 }
 
 /// Median area of a point from the number of neighbours on a disc.

@@ -14,10 +14,12 @@ use crate::levelling::level;
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
-use crate::{Method, Places, PoseConfig, PoseError, ground, leftovers, thesis};
+use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
+use crate::verdict::{PileVerdict, is_wrong};
+use crate::{EvidenceConfig, Method, Places, PoseConfig, PoseError, ground, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
-use scene::{Catalog, InstanceId, Judgement, Recognised, Segmentation, Survey};
+use scene::{Catalog, Fit, Guess, InstanceId, Recognised, Segmentation, Survey, Verdict};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const STAGE: &str = "pose";
@@ -48,13 +50,33 @@ pub fn recognise_with_features(
     _seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Vec<(Recognised, Option<Features>)>, PoseError> {
+    Ok(recognise_pile(survey, segmentation, catalog, config, observer)?.blocks)
+}
+
+/// Blocks and what is said of the survey as a whole.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Blocks as [`recognise`] gives them, with the features each confidence was made of.
+    pub blocks: Vec<(Recognised, Option<Features>)>,
+    /// What is said of the survey as a whole.
+    pub pile: PileVerdict,
+}
+
+/// [`recognise`] with everything it knows. What a person should be told also goes to the observer.
+pub fn recognise_pile(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
     // Chance has no say in what is found: the same draws whatever the user's seed.
     let seed = SeedTree::new(0).child("pose", 0);
     let templates = templates(catalog, config, seed)?;
     if survey.cloud.is_empty() {
-        return Ok(Vec::new());
+        return Ok(Outcome::default());
     }
     let canonical = Canonical::new(survey, segmentation);
     let (survey, segmentation) = (&canonical.survey, &canonical.segmentation);
@@ -89,7 +111,10 @@ pub fn recognise_with_features(
         }
         stage.state(survey, chosen, &tasks, &candidates, None)
     };
-    found.iter_mut().for_each(|(block, _)| canonical.given(&mut block.points));
+    found.blocks.iter_mut().for_each(|(block, _)| canonical.given(&mut block.points));
+    for message in found.pile.sentences() {
+        observer.event(Event::Noted { stage: STAGE, message });
+    }
     Ok(found)
 }
 
@@ -308,7 +333,7 @@ impl Stage<'_> {
         tasks: &[Task],
         candidates: &[Origin],
         ground: Option<&Ground>,
-    ) -> Vec<(Recognised, Option<Features>)> {
+    ) -> Outcome {
         let pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
         let mut blocks: Vec<Accepted> = chosen
             .iter()
@@ -324,41 +349,45 @@ impl Stage<'_> {
             })
             .collect();
         let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
-        let context = Context::new(
-            survey,
-            &blocks,
-            &points,
-            &pool,
-            self.templates,
-            self.measured,
-            ground,
-            &self.config.evidence,
-        );
         let config = &self.config.evidence;
+        let (templates, measured) = (self.templates, self.measured);
+        let context =
+            Context::new(survey, &blocks, &points, &pool, templates, measured, ground, config);
         let state = |(block, points)| {
             let (block, features) =
-                statement(survey, block, points, &context, self.templates, self.measured, config);
+                statement(survey, block, points, &context, templates, measured, config);
             (block, Some(features))
         };
         let mut found: Vec<(Recognised, Option<Features>)> =
             blocks.par_iter().enumerate().zip(points).map(state).collect();
-        judge(&mut found, config);
-        let open = self.not_judged(survey, tasks, candidates, &found);
+        judge(&mut found, context.size.filter(is_wrong).is_some(), config);
+        let mut pile = PileVerdict {
+            explained: context.explained_by(|entry| found[entry].0.is_stated()),
+            stated: found.iter().filter(|f| f.0.is_stated()).count(),
+            size: context.size,
+            not_a_block: 0,
+            viewpoint: measured.viewpoint,
+        };
+        let (open, closed) = self.not_judged(survey, tasks, candidates, &found, ground);
+        let accepted = found.len();
+        found.retain(|(block, _)| may_be_one(block, config));
+        pile.not_a_block = closed + accepted - found.len();
         found.extend(open.into_iter().map(|block| (block, None)));
         for (n, (block, _)) in found.iter_mut().enumerate() {
             block.block = InstanceId(n as u32 + 1);
         }
-        found
+        Outcome { blocks: found, pile }
     }
 
-    /// Segments most of whose points no block explains.
+    /// Segments most of whose points no block explains and that may hold one, and how many others there are.
     fn not_judged(
         &self,
         survey: &Survey,
         tasks: &[Task],
         candidates: &[Origin],
         found: &[(Recognised, Option<Features>)],
-    ) -> Vec<Recognised> {
+        ground: Option<&Ground>,
+    ) -> (Vec<Recognised>, usize) {
         let mut taken = vec![false; survey.cloud.len()];
         for (block, _) in found {
             for &i in &block.points {
@@ -371,15 +400,19 @@ impl Stage<'_> {
                 task.points.iter().map(survey_point).filter(|&i| !taken[i as usize]).collect();
             (free.len() * 2 > task.points.len() && !free.is_empty()).then_some(free)
         };
-        let segments = tasks.iter().enumerate().filter(|(_, t)| t.is_segment);
-        segments
-            .filter_map(|(t, task)| {
-                let points = open(task)?;
-                let own = candidates.iter().filter(|c| c.0 == Some(t)).map(|c| &c.1);
-                let best = own.max_by(|a, b| a.evidence.score().total_cmp(&b.evidence.score()));
-                Some(self.without_verdict(task, best, points))
-            })
-            .collect()
+        let (mut blocks, mut closed) = (Vec::new(), 0);
+        for (t, task) in tasks.iter().enumerate().filter(|(_, t)| t.is_segment) {
+            let Some(points) = open(task) else { continue };
+            let own = candidates.iter().filter(|c| c.0 == Some(t)).map(|c| &c.1);
+            let best = own.max_by(|a, b| a.evidence.score().total_cmp(&b.evidence.score()));
+            // Without verification every segment gets its answer.
+            if !self.config.verification || may_hold_a_block(task, best, ground, self.measured) {
+                blocks.push(self.without_verdict(task, best, points));
+            } else {
+                closed += 1;
+            }
+        }
+        (blocks, closed)
     }
 
     fn without_verdict(
@@ -388,25 +421,24 @@ impl Stage<'_> {
         best: Option<&Candidate>,
         points: Vec<u32>,
     ) -> Recognised {
-        let template = &self.templates[best.map_or(0, |c| c.template)];
-        let at = best.map_or(
-            crate::fit::CentredPose { rotation: geom::Quat::IDENTITY, centre: task.centre },
-            |c| c.at,
-        );
-        Recognised {
-            block: InstanceId(0),
-            model: template.id,
-            site_from_block: template.model.symmetry.canonical(&at.pose(template.model.centre)),
-            judgement: Judgement::NotJudged,
-            type_judged: self.templates.len() == 1,
-            confidence: 0.0,
-            fitness_m: thesis::fitness_m(&task.points, template, &at, self.measured),
-            runner_up: None,
-            occlusion: 1.0,
-            points,
-            covariance: [0.0; 36],
-        }
+        let guess = best.map_or(Guess::Place(task.centre), |best| {
+            let (template, at) = (&self.templates[best.template], best.at);
+            let (model, pose) = (template.model, at.pose(template.model.centre));
+            let fitness_m = thesis::fitness_m(&task.points, template, &at, self.measured);
+            Guess::Fit(Fit {
+                type_judged: self.templates.len() == 1,
+                fitness_m: Some(fitness_m),
+                ..Fit::of_pose(template.id, model.symmetry.canonical(&pose))
+            })
+        });
+        Recognised { block: InstanceId(0), points, verdict: Verdict::NotJudged(guess) }
     }
+}
+
+/// Whether a person should look at an accepted block: it is stated or likely enough.
+fn may_be_one(block: &Recognised, config: &EvidenceConfig) -> bool {
+    let least = LEAST_CONFIDENCE.min(config.min_confidence);
+    block.is_stated() || block.fit().and_then(|f| f.confidence).is_none_or(|c| c >= least)
 }
 
 fn check_input(

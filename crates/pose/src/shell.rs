@@ -30,8 +30,8 @@ pub struct Near {
 pub struct Shells {
     /// Points of each block, ascending.
     pub of: Vec<Vec<Near>>,
-    /// Working points within reach of a block.
-    pub explained: Vec<bool>,
+    /// Block within reach of each working point, the nearest; `u32::MAX` where there is none.
+    pub explained: Vec<u32>,
     /// Working points the bed explains.
     pub bed: Vec<bool>,
 }
@@ -56,7 +56,7 @@ impl Shells {
     ) -> Self {
         let points = measured.position.len();
         let mut nearest: Vec<(f32, u32)> = vec![(f32::INFINITY, u32::MAX); points];
-        let mut explained = vec![false; points];
+        let mut explained = vec![u32::MAX; points];
         for (entry, block) in blocks.iter().enumerate() {
             let template = &templates[block.template];
             let reach = reach_m(measured, template, config);
@@ -65,14 +65,18 @@ impl Shells {
             let block_from_site = block.at.pose(template.model.centre).inverse();
             measured.grid.for_each_within(block.at.centre, d_max + thick, |i, p, _| {
                 let d = template.field.distance_m(block_from_site * p).abs();
-                explained[i as usize] |= d < EXPLAINED * reach;
                 if d < thick && d < nearest[i as usize].0 {
                     nearest[i as usize] = (d, entry as u32);
+                    if d < EXPLAINED * reach {
+                        explained[i as usize] = entry as u32;
+                    }
                 }
             });
         }
         let bed: Vec<bool> = (0..points)
-            .map(|i| ground.is_some_and(|g| g.explained[i] > OF_THE_BED) && !explained[i])
+            .map(|i| {
+                ground.is_some_and(|g| g.explained[i] > OF_THE_BED) && explained[i] == u32::MAX
+            })
             .collect();
         let mut of = vec![Vec::new(); blocks.len()];
         for (i, &(_, entry)) in nearest.iter().enumerate() {
@@ -96,16 +100,16 @@ impl Shells {
         measured.grid.for_each_within(centre, radius_m, |i, _, _| {
             if !self.bed[i as usize] {
                 all += 1;
-                explained += usize::from(self.explained[i as usize]);
+                explained += usize::from(self.explained[i as usize] != u32::MAX);
             }
         });
         explained as f32 / (all as f32).max(1.0)
     }
 
-    /// The same of the whole survey.
-    pub fn explained_in_all(&self) -> f32 {
+    /// The same of the whole survey, by the blocks for which `counts` holds.
+    pub fn explained_by(&self, counts: impl Fn(usize) -> bool) -> f32 {
         let open = self.bed.iter().filter(|b| !**b).count();
-        let explained = self.explained.iter().filter(|e| **e).count();
-        explained as f32 / (open as f32).max(1.0)
+        let of_a_block = |e: &&u32| **e != u32::MAX && counts(**e as usize);
+        self.explained.iter().filter(of_a_block).count() as f32 / (open as f32).max(1.0)
     }
 }
