@@ -19,6 +19,7 @@ mod fit;
 mod ground;
 mod leftovers;
 mod levelling;
+mod limbs;
 mod measured;
 mod recognise;
 mod rivals;
@@ -38,6 +39,7 @@ pub use config::{
     EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig, StatedPlane,
 };
 pub use error::PoseError;
+pub use limbs::{Limb, LimbState};
 pub use recognise::{Outcome, recognise, recognise_pile, recognise_with_features};
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;

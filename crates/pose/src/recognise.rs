@@ -6,11 +6,12 @@
 use crate::acceptance::{Acceptance, Candidate, accept};
 use crate::canonical::Canonical;
 use crate::confidence::Features;
-use crate::evidence::weigh;
+use crate::evidence::{reach_m, weigh};
 use crate::features::Context;
 use crate::finish::{Accepted, judge, other_type, refine, statement};
 use crate::ground::{Bed, Ground};
 use crate::levelling::level;
+use crate::limbs::{Limb, judge_limbs};
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
@@ -60,6 +61,8 @@ pub struct Outcome {
     pub blocks: Vec<(Recognised, Option<Features>)>,
     /// What is said of the survey as a whole.
     pub pile: PileVerdict,
+    /// The legs of the stated blocks that have any, with the number of the block.
+    pub limbs: Vec<(InstanceId, Vec<Limb>)>,
 }
 
 /// [`recognise`] with everything it knows. What a person should be told also goes to the observer.
@@ -208,7 +211,7 @@ impl Stage<'_> {
     /// the blocks found leave.
     fn chosen(&mut self, candidates: &mut Vec<Origin>) -> Result<Chosen, PoseError> {
         let (measured, templates, config) = (self.measured, self.templates, self.config);
-        let reach = crate::evidence::reach_m(measured, &templates[0], &config.evidence);
+        let reach = reach_m(measured, &templates[0], &config.evidence);
         let mut bed = measured.lowest.map(|bed| ground::guess(bed, measured, reach));
         let mut searched = Vec::new();
         let mut round = 1;
@@ -368,15 +371,27 @@ impl Stage<'_> {
             not_a_block: 0,
             viewpoint: measured.viewpoint,
         };
+        let limbs_of = |entry: usize| {
+            let block = &blocks[entry];
+            let template = &templates[block.template];
+            judge_limbs(block, template, measured, reach_m(measured, template, config))
+        };
+        let stated = (0..found.len()).filter(|&entry| found[entry].0.is_stated());
+        let mut limbs: Vec<(usize, Vec<Limb>)> = stated.map(|entry| (entry, limbs_of(entry))).collect();
+        limbs.retain(|(_, limbs)| !limbs.is_empty());
         let (open, closed) = self.not_judged(survey, tasks, candidates, &found, ground);
         let accepted = found.len();
+        let kept: Vec<bool> = found.iter().map(|(block, _)| may_be_one(block, config)).collect();
+        // Stated blocks are kept, so that those before one decide its number.
+        let number = |entry: usize| kept[..=entry].iter().filter(|k| **k).count() as u32;
+        let limbs = limbs.into_iter().map(|(entry, l)| (InstanceId(number(entry)), l)).collect();
         found.retain(|(block, _)| may_be_one(block, config));
         pile.not_a_block = closed + accepted - found.len();
         found.extend(open.into_iter().map(|block| (block, None)));
         for (n, (block, _)) in found.iter_mut().enumerate() {
             block.block = InstanceId(n as u32 + 1);
         }
-        Outcome { blocks: found, pile }
+        Outcome { blocks: found, pile, limbs }
     }
 
     /// Segments most of whose points no block explains and that may hold one, and how many others there are.
