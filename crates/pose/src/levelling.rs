@@ -205,7 +205,7 @@ impl Round<'_> {
 }
 
 /// Gaussian elimination with the largest pivot; the prior keeps the matrix regular.
-fn solve(a: &mut [f64], mut b: Vec<f64>, n: usize) -> Vec<f64> {
+pub fn solve(a: &mut [f64], mut b: Vec<f64>, n: usize) -> Vec<f64> {
     for k in 0..n {
         let pivot =
             (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs())).unwrap_or(k);
