@@ -20,6 +20,8 @@ mod measured;
 mod recognise;
 mod search;
 mod sight;
+pub mod size;
+pub mod size_search;
 mod template;
 mod thesis;
 mod types;
