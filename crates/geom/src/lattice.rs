@@ -110,10 +110,9 @@ impl Lattice {
     /// the count of nodes from the first is never in doubt.
     fn refine(&mut self, plan: &[Vec2]) {
         let middle = plan.iter().copied().sum::<Vec2>() / plan.len() as f32;
-        let first = plan
-            .iter()
-            .copied()
-            .min_by(|a, b| (*a - middle).length_squared().total_cmp(&(*b - middle).length_squared()));
+        let first = plan.iter().copied().min_by(|a, b| {
+            (*a - middle).length_squared().total_cmp(&(*b - middle).length_squared())
+        });
         self.node = first.unwrap_or(self.node);
         let mut reach = 6.0_f32;
         let farthest = plan.iter().map(|p| self.along(*p).length()).fold(0.0, f32::max);
@@ -182,8 +181,7 @@ impl Lattice {
         for (&[i, j], &z) in &height {
             for step in [[1, 0], [0, 1]] {
                 let at = |k: i32| height.get(&[i + k * step[0], j + k * step[1]]).copied();
-                let (Some(a), Some(b), Some(before), Some(after)) =
-                    (at(-1), at(1), at(-2), at(2))
+                let (Some(a), Some(b), Some(before), Some(after)) = (at(-1), at(1), at(-2), at(2))
                 else {
                     continue;
                 };
@@ -231,7 +229,11 @@ impl Lattice {
                     None => (p, 0.3 * self.cell_m * steep),
                 };
                 let bend = (x.bend.abs() + y.bend.abs()) * 0.25;
-                SurfacePoint { position, error_m: error_m.min(self.cell_m) + bend.min(self.cell_m), holds }
+                SurfacePoint {
+                    position,
+                    error_m: error_m.min(self.cell_m) + bend.min(self.cell_m),
+                    holds,
+                }
             })
             .collect()
     }

@@ -145,7 +145,11 @@ fn patch(near: &[Vec3], radius_m: f32) -> Option<f32> {
         for &p in &local {
             let f = basis(p);
             let off = p[2] - dot(&f, &c);
-            let keep = if scale.is_finite() { (1.0 + (off / (3.0 * scale)).powi(2)).powi(-2) } else { 1.0 };
+            let keep = if scale.is_finite() {
+                (1.0 + (off / (3.0 * scale)).powi(2)).powi(-2)
+            } else {
+                1.0
+            };
             for i in 0..6 {
                 b[i] += f64::from(keep * f[i] * p[2]);
                 for k in 0..6 {

@@ -137,9 +137,8 @@ impl Shares {
     /// Of these answers.
     pub fn of(looks: &[Look]) -> Self {
         let count = looks.len();
-        let share = |kind: Look| {
-            looks.iter().filter(|l| **l == kind).count() as f64 / count.max(1) as f64
-        };
+        let share =
+            |kind: Look| looks.iter().filter(|l| **l == kind).count() as f64 / count.max(1) as f64;
         Self {
             seen: share(Look::Seen),
             through: share(Look::Through),

@@ -22,6 +22,7 @@ mod search;
 mod sight;
 pub mod size;
 pub mod size_search;
+pub mod survey_facts;
 mod template;
 mod thesis;
 mod types;

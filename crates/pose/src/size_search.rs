@@ -279,3 +279,67 @@ fn looked_at(measured: &Measured, tasks: &[Task], d_max_m: f32) -> usize {
     }
     seen.iter().filter(|s| **s).count()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geom::{PointCloud, Quat, Silent};
+    use rand::RngExt;
+    use scene::Shape;
+
+    /// A few blocks beside each other, seen from above.
+    fn pile(model: &scene::BlockModel, seed: u64) -> Survey {
+        let mut rng = SeedTree::new(seed).rng();
+        let query = geom::MeshQuery::new(&model.mesh).unwrap();
+        let mut points = Vec::new();
+        for k in 0..6 {
+            let mut q = || rng.random::<f32>() - 0.5;
+            let turn = Quat::from_array([q(), q(), q(), q()]).normalize();
+            let step = 1.1 * model.d_box_m;
+            let at = Vec3::new(step * (k % 3) as f32, step * (k / 3) as f32, 0.0);
+            let pose = Pose::from_parts(at, turn);
+            let up = turn.inverse() * Vec3::Z;
+            for (p, n) in model.mesh.sample_surface(2500, &mut rng) {
+                if (turn * n).z > 0.1 && query.cast_ray(p + n * 1e-3, up, 10.0).is_none() {
+                    points.push(pose * p);
+                }
+            }
+        }
+        Survey { cloud: PointCloud::from_positions(points), ..Survey::default() }
+    }
+
+    #[test]
+    fn the_size_is_found_from_nothing() {
+        let shape = Shape::Tetrapod { size: 1.0 };
+        let unit = blocks::shape_model("tetrapod", shape, 2300.0).unwrap();
+        let catalog = Catalog::new(vec![unit.clone()]);
+        let survey = pile(&unit.scaled(1.7), 21);
+        let search = SizeSearch { least_m: 1.0, most_m: 4.0, places: 10, ..SizeSearch::default() };
+        let found = fit_block_size(
+            &survey,
+            &catalog,
+            0.005,
+            &search,
+            &PoseConfig::default(),
+            SeedTree::new(1),
+            &Silent,
+        )
+        .unwrap();
+        assert!((found[0].scale.factor / 1.7 - 1.0).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn an_empty_survey_has_no_size() {
+        let cube = blocks::shape_model("c", Shape::Cube { size: 1.0 }, 2300.0).unwrap();
+        let found = fit_block_size(
+            &Survey::default(),
+            &Catalog::new(vec![cube]),
+            0.01,
+            &SizeSearch::default(),
+            &PoseConfig::default(),
+            SeedTree::new(1),
+            &Silent,
+        );
+        assert_eq!(found.unwrap(), Vec::new());
+    }
+}

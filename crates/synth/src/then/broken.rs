@@ -56,11 +56,8 @@ fn clipped_part(part: &ConvexPart, outside: impl Fn(Vec3) -> f32) -> Option<Conv
     let mut corners = inside.clone();
     corners.extend(inside.iter().flat_map(|a| beyond.iter().map(|b| crossing(a, b))));
     let solid = geom::ConvexSolid::from_corners(&corners)?;
-    let mut hull: Vec<Vec3> =
-        solid.faces.iter().flatten().map(|p: &DVec3| p.as_vec3()).collect();
-    hull.sort_by(|a, b| {
-        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
-    });
+    let mut hull: Vec<Vec3> = solid.faces.iter().flatten().map(|p: &DVec3| p.as_vec3()).collect();
+    hull.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     hull.dedup_by(|a, b| (*a - *b).length() < 1e-5 * solid.size_m as f32);
     (hull.len() >= 4 && solid.volume_m3() > 0.0).then_some(ConvexPart { corners: hull })
 }

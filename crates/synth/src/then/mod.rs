@@ -174,8 +174,8 @@ fn changes(
         };
         let to = block.site_from_block;
         let shift_m = from.map_or(Vec3::ZERO, |from| to * model.centre - from * model.centre);
-        let turn_rad = from
-            .map_or(0.0, |from| model.symmetry.rotation_error_rad(to.rotation, from.rotation));
+        let turn_rad =
+            from.map_or(0.0, |from| model.symmetry.rotation_error_rad(to.rotation, from.rotation));
         out.push(TrueChange {
             earlier: start.earlier,
             later: Some(block.block),

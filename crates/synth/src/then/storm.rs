@@ -151,10 +151,7 @@ fn sunk_ground(ground: &Ground, sinking: &Sinking, resolved: &Resolved) -> Groun
         }
     };
     let node = |k: usize| {
-        let (x, y) = (
-            origin[0] + (k % nx) as f32 * cell_m,
-            origin[1] + (k / nx) as f32 * cell_m,
-        );
+        let (x, y) = (origin[0] + (k % nx) as f32 * cell_m, origin[1] + (k / nx) as f32 * cell_m);
         ground.height_m(x, y) - sinking.depth_at_m(x, y)
     };
     Ground::Grid { origin, cell_m, nx, z_m: (0..nx * ny).map(node).collect() }
