@@ -4,6 +4,7 @@
 //! compete for the points; the thesis' point pair features are there for comparison and as a second source.
 
 pub mod config;
+pub mod gridded;
 pub mod rotation_grid;
 
 mod acceptance;

@@ -30,8 +30,13 @@ const SAMPLES: usize = 600;
 /// Gauss-Newton steps, of which the first take points from far.
 const ROUNDS: usize = 14;
 const WIDE_ROUNDS: usize = 4;
-/// Free parameters at most: pose and a scale an axis.
-const MOST: usize = 9;
+/// Free parameters at most: pose, offset and a scale an axis.
+const MOST: usize = 10;
+/// Place of the scales among them.
+const SCALES: usize = 7;
+/// By how much surfaces are moved outwards all over (fattening, growth, coating), standard deviation in d_max: a block may be
+/// thicker than its mesh and no larger.
+const OFFSET: f32 = 0.006;
 
 /// What the survey says of one length of a type, as a factor on the catalogue's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -219,6 +224,8 @@ pub(crate) struct Held {
     pub scale: [f32; 3],
     /// Their standard deviations.
     pub scale_sd: [f32; 3],
+    /// How far the surface lies outside of the scaled mesh, metres.
+    pub offset_m: f32,
 }
 
 impl CentredPose {
@@ -306,7 +313,8 @@ impl Work {
         let d = target.model.d_max_m;
         let sd = noise_sd_m.max(0.3 * target.field.cell_m());
         let mut fine = 2.0 * sd;
-        let mut held = Held { at: start, scale: [1.0; 3], scale_sd: [f32::INFINITY; 3] };
+        let mut held =
+            Held { at: start, scale: [1.0; 3], scale_sd: [f32::INFINITY; 3], offset_m: 0.0 };
         let wide = (0.06 * d).max(fine);
         for round in 0..ROUNDS {
             if round == WIDE_ROUNDS {
@@ -314,24 +322,26 @@ impl Work {
                 fine = (2.5 * typical_m(target, points, &held, axes)).clamp(fine, wide);
             }
             let width = if round < WIDE_ROUNDS { wide } else { fine };
-            let mut system = System::new(6 + axes);
+            let mut system = System::new(SCALES + axes);
             for point in points {
                 system.add_point(target, point, &held, axes, width);
             }
             self.add_unseen(&mut system, target, &held, axes, points.len(), width);
+            system.hold_offset(&held, 0.4 * width, d);
             let step = system.solve()?;
             held.apply(&step, axes, d);
             if round > WIDE_ROUNDS && step.iter().all(|s| s.abs() < 1e-4 * d) {
                 break;
             }
         }
-        let mut system = System::new(6 + axes);
+        let mut system = System::new(SCALES + axes);
         points.iter().for_each(|p| system.add_point(target, p, &held, axes, fine));
         self.add_unseen(&mut system, target, &held, axes, points.len(), fine);
+        system.hold_offset(&held, 0.4 * fine, d);
         // A few neighbouring points err together and count as one.
         let variance = system.variance()?;
         for axis in 0..axes {
-            held.scale_sd[axis] = (variance[6 + axis] * 4.0).sqrt() * (0.4 * fine) / d;
+            held.scale_sd[axis] = (variance[SCALES + axis] * 4.0).sqrt() * (0.4 * fine) / d;
         }
         let sane = held.scale[..axes].iter().all(|s| (0.6..1.6).contains(s));
         (sane && system.kept > 0.25 * points.len() as f32).then_some(held)
@@ -408,8 +418,9 @@ impl Held {
         let turn = Vec3::new(step[3], step[4], step[5]).clamp_length_max(0.1 * d_max_m) / d_max_m;
         self.at.centre += shift;
         self.at.rotation = (geom::Quat::from_scaled_axis(turn) * self.at.rotation).normalize();
+        self.offset_m += step[6].clamp(-0.02 * d_max_m, 0.02 * d_max_m);
         for axis in 0..axes {
-            self.scale[axis] *= (step[6 + axis] / d_max_m).clamp(-0.05, 0.05).exp();
+            self.scale[axis] *= (step[SCALES + axis] / d_max_m).clamp(-0.05, 0.05).exp();
         }
     }
 }
@@ -442,7 +453,7 @@ impl System {
         let slope = (g / held.factors(axes)).length().recip();
         let face = held.at.rotation * (g / held.factors(axes)).normalize_or_zero();
         let agree = agreement(face, point);
-        let d = d * slope;
+        let d = d * slope - held.offset_m;
         self.kept += agree * width * width / (width * width + d * d);
         self.add(target, held, axes, x, face, d, agree, width);
     }
@@ -467,14 +478,14 @@ impl System {
         }
         let unit = target.model.d_max_m;
         let r = x.cross(along) / unit;
-        let mut j = [along.x, along.y, along.z, r.x, r.y, r.z, 0.0, 0.0, 0.0];
+        let mut j = [along.x, along.y, along.z, r.x, r.y, r.z, 1.0, 0.0, 0.0, 0.0];
         // A place of the surface moves by its own offset for each unit of the logarithm of the scale.
         if axes == 1 {
-            j[6] = x.dot(along) / unit;
+            j[SCALES] = x.dot(along) / unit;
         } else {
             let (own, face) = (held.at.rotation.inverse() * x, held.at.rotation.inverse() * along);
             for axis in 0..3 {
-                j[6 + axis] = own[axis] * face[axis] / unit;
+                j[SCALES + axis] = own[axis] * face[axis] / unit;
             }
         }
         for i in 0..self.n {
@@ -483,6 +494,14 @@ impl System {
                 self.a[i][k] += w * f64::from(j[i]) * f64::from(j[k]);
             }
         }
+    }
+
+    /// What is known of the offset beforehand, against observations of the given standard deviation.
+    fn hold_offset(&mut self, held: &Held, sd_m: f32, d_max_m: f32) {
+        // Observations come with weight 1 and count a quarter each.
+        let weight = f64::from(4.0 * (sd_m / (OFFSET * d_max_m)).powi(2));
+        self.a[6][6] += weight;
+        self.b[6] -= weight * f64::from(held.offset_m);
     }
 
     fn solve(&self) -> Option<[f32; MOST]> {

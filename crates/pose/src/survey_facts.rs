@@ -16,6 +16,8 @@ pub const LARGEST_CELL: f32 = 0.105;
 const WIDEST_SPACING: f32 = 0.25;
 /// Largest share of a survey's extent to a block's length in a site.
 const LONGEST_SITE: f32 = 5e3;
+/// Spacing in d_max up to which scatter is noise alone.
+const CLOSE: f32 = 0.12;
 /// Points asked for their neighbours.
 const ASKED: usize = 500;
 
@@ -138,7 +140,8 @@ impl SurveyFacts {
 
     /// Standard deviation of a point, metres: as measured, else what the sensor's kind usually does.
     pub fn noise_sd_m(&self, survey: &Survey, d_max_m: f32) -> f32 {
-        let told = self.scatter.overall_m.filter(|sd| sd.is_finite() && *sd > 0.0);
+        // Where points lie far apart against the block, what is no plane between them is shape as much as noise.
+        let told = self.scatter.overall_m.filter(|_| self.spacing_m < CLOSE * d_max_m);
         // Below a tenth of a per cent of a block nothing gets better, and a simulated plane has none at all.
         told.map_or_else(|| survey.sensor.noise_sd_m(d_max_m), |sd| sd.max(1e-3 * d_max_m))
     }
