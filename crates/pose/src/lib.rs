@@ -4,6 +4,7 @@
 //! compete for the points; the thesis' point pair features are there for comparison and as a second source.
 
 pub mod config;
+pub mod gridded;
 pub mod rotation_grid;
 
 mod absolute;
@@ -26,6 +27,9 @@ mod rivals;
 mod search;
 mod shell;
 mod sight;
+pub mod size;
+pub mod size_search;
+pub mod survey_facts;
 mod template;
 mod thesis;
 mod types;
