@@ -27,6 +27,7 @@ mod segmentation_confidence;
 mod segmentation_judge;
 mod segmentation_loss;
 mod segmentation_misses;
+mod segmentation_networks;
 mod segmentation_shapes;
 mod segmentation_sites;
 mod segmentation_suppression;
@@ -98,6 +99,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     segmentation_loss::EXPERIMENT,
     segmentation_confidence::EXPERIMENT,
     segmentation_misses::EXPERIMENT,
+    segmentation_networks::EXPERIMENT,
     segmentation_time::EXPERIMENT,
     pose_sites::EXPERIMENT,
     pose_ablation::EXPERIMENT,
