@@ -9,6 +9,7 @@ mod bin_kept;
 mod bin_parts;
 mod bin_picking;
 mod bin_rows;
+mod bin_weights;
 mod error;
 mod markdown;
 mod placement_ambiguity;
@@ -93,6 +94,7 @@ pub struct Experiment {
 /// Every experiment, in the order of the method's chapters.
 pub const EXPERIMENTS: &[Experiment] = &[
     bin_picking::EXPERIMENT,
+    bin_weights::EXPERIMENT,
     segmentation_sites::EXPERIMENT,
     segmentation_shapes::EXPERIMENT,
     segmentation_suppression::EXPERIMENT,
