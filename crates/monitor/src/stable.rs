@@ -61,9 +61,8 @@ pub(crate) fn registered(
         }
         let frame = &epoch.survey.frame;
         let cloud = &epoch.survey.cloud.position_m;
-        let kept = |i: &usize| {
-            open[*i] && (!named || stable.contains(frame.site_from_local(cloud[*i])))
-        };
+        let kept =
+            |i: &usize| open[*i] && (!named || stable.contains(frame.site_from_local(cloud[*i])));
         (0..cloud.len()).filter(kept).collect()
     };
     if !named && epochs.iter().any(|e| e.blocks.iter().all(|b| b.points.is_empty())) {

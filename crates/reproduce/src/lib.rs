@@ -12,6 +12,8 @@ mod bin_rows;
 mod bin_weights;
 mod error;
 mod markdown;
+mod monitoring;
+mod monitoring_score;
 mod placement_ambiguity;
 mod placement_network;
 mod planning_log;
@@ -112,6 +114,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     placement_ambiguity::EXPERIMENT,
     planning_tables::EXPERIMENT,
     planning_policies::EXPERIMENT,
+    monitoring::EXPERIMENT,
 ];
 
 /// The experiment of that name.
