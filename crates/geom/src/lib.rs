@@ -19,8 +19,10 @@ pub mod point_grid;
 mod raster;
 pub mod sdf;
 pub mod seeds;
+pub mod strays;
 pub mod union;
 pub mod voxel;
+pub mod winding;
 
 pub use bounds::Bounds;
 pub use cloud::PointCloud;
@@ -38,5 +40,7 @@ pub use plane::{Plane, find_plane, find_walls};
 pub use point_grid::PointGrid;
 pub use sdf::DistanceField;
 pub use seeds::SeedTree;
+pub use strays::{Strays, strays};
 pub use union::union;
 pub use voxel::{Thinned, thin};
+pub use winding::{Sides, shells_in_each_other, winding_number};
