@@ -34,8 +34,10 @@ mod raster;
 pub mod roughness;
 pub mod sdf;
 pub mod seeds;
+pub mod strays;
 pub mod union;
 pub mod voxel;
+pub mod winding;
 
 pub use bounds::Bounds;
 pub use cloud::PointCloud;
@@ -60,3 +62,7 @@ pub use sdf::DistanceField;
 pub use seeds::SeedTree;
 pub use thinning::{Thinned, thin, thin_from_lowest};
 pub use union::union;
+pub use strays::{Strays, strays};
+pub use union::union;
+pub use voxel::{Thinned, thin};
+pub use winding::{Sides, shells_in_each_other, winding_number};

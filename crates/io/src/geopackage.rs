@@ -1,7 +1,7 @@
 //! GeoPackage: one file with blocks, placements and the run that made them, for QGIS and everything built on GDAL.
 
 use crate::drawing::{Drawing, Source, Unit};
-use crate::{IoError, atomic, las};
+use crate::{IoError, atomic};
 use rusqlite::{Connection, params};
 use std::io;
 use std::path::Path;
@@ -58,7 +58,7 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
     let srs = match drawing.epsg() {
         Some(code) => {
             if code != 4326 {
-                let wkt = las::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
+                let wkt = crate::crs::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
                 let sql = "INSERT INTO gpkg_spatial_ref_sys VALUES (?1, ?2, 'EPSG', ?2, ?3, NULL)";
                 db.execute(sql, params![drawing.frame.crs, code, wkt])?;
             }

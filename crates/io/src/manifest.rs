@@ -229,7 +229,18 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     Ok(found)
 }
 
-/// A relative path as a manifest has it: the same text on every system.
+/// A path as a manifest has it: the same text on every system. Files of a site that lie elsewhere keep their whole path.
 pub fn portable(path: &Path) -> String {
-    path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+    let parts: Vec<_> = path
+        .components()
+        .filter(|c| !matches!(c, Component::RootDir))
+        .map(|c| c.as_os_str().to_string_lossy())
+        .collect();
+    let root =
+        if path.is_absolute() && !matches!(path.components().next(), Some(Component::Prefix(_))) {
+            "/"
+        } else {
+            ""
+        };
+    format!("{root}{}", parts.join("/"))
 }

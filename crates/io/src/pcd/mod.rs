@@ -1,9 +1,16 @@
 //! PCD (Point Cloud Library): ascii, binary and LZF-compressed. Points with NaN are the format's own mark for
 //! "nothing measured": they are left out and counted.
 
+mod relabel;
+
+pub(crate) use relabel::relabel;
+
+use crate::crs;
 use crate::input::Input;
 use crate::ply::{label, not_a_label};
 use crate::raw_cloud::RawCloud;
+use crate::read_options::ReadOptions;
+use crate::sensor_place::Station;
 use crate::{IoError, Place};
 use geom::DVec3;
 
@@ -53,7 +60,11 @@ struct Header {
     points: u64,
     data: String,
     viewpoint: Option<DVec3>,
+    viewpoint_text: String,
+    /// Width and height, when they are the number of points.
+    size: Option<[u64; 2]>,
     lines: u64,
+    comments: Vec<String>,
 }
 
 impl Header {
@@ -68,6 +79,7 @@ impl Header {
 fn read_header(input: &mut Input) -> Result<Header, IoError> {
     let (mut buffer, mut line) = (Vec::new(), 0);
     let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+    let mut comments = Vec::new();
     loop {
         line += 1;
         if line > 100 || !input.line(&mut buffer, line, 4096)? {
@@ -77,6 +89,10 @@ fn read_header(input: &mut Input) -> Result<Header, IoError> {
             ));
         }
         let text = String::from_utf8_lossy(&buffer).into_owned();
+        if text.trim_start().starts_with('#') {
+            comments.push(text);
+            continue;
+        }
         let mut words = text.split_whitespace().map(str::to_string);
         let Some(key) = words.next().filter(|k| !k.starts_with('#')) else { continue };
         rows.push((key.clone(), words.collect()));
@@ -112,6 +128,9 @@ fn read_header(input: &mut Input) -> Result<Header, IoError> {
     let points = one("POINTS")
         .or_else(|| one("WIDTH")?.checked_mul(one("HEIGHT")?))
         .ok_or_else(|| bad("`POINTS`"))?;
+    let viewpoint_text = row("VIEWPOINT").map_or("0 0 0 1 0 0 0".into(), |words| words.join(" "));
+    let size = one("WIDTH").zip(one("HEIGHT")).map(|(w, h)| [w, h]);
+    let size = size.filter(|[w, h]| w.checked_mul(*h) == Some(points));
     let viewpoint: Vec<f64> =
         row("VIEWPOINT").unwrap_or_default().iter().map_while(|w| w.parse().ok()).collect();
     // "0 0 0 1 0 0 0" is what programs write when they know nothing.
@@ -120,7 +139,23 @@ fn read_header(input: &mut Input) -> Result<Header, IoError> {
         .then(|| DVec3::new(viewpoint[0], viewpoint[1], viewpoint[2]))
         .filter(|p| p.is_finite());
     let data = row("DATA").and_then(|r| r.first()).cloned().unwrap_or_default();
-    Ok(Header { fields, stride: at.max(1), points, data, viewpoint, lines: line })
+    Ok(Header {
+        fields,
+        stride: at.max(1),
+        points,
+        data,
+        viewpoint,
+        viewpoint_text,
+        size,
+        lines: line,
+        comments,
+    })
+}
+
+/// What the header says of the coordinates.
+pub(crate) fn reference(input: &mut Input) -> Result<crs::FileCrs, IoError> {
+    let header = read_header(input)?;
+    Ok(crs::of_comments(header.comments.iter().map(String::as_str)))
 }
 
 /// Hands the points on in batches; what comes back has everything but the points.
@@ -128,8 +163,40 @@ pub fn stream(
     input: &mut Input,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
+    stream_with(input, &ReadOptions::default(), sink)
+}
+
+/// The same with options.
+pub fn stream_with(
+    input: &mut Input,
+    options: &ReadOptions,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     let header = read_header(input)?;
-    let mut collector = Collector::new(input, &header)?;
+    let mut collector = Collector::new(input, &header, options)?;
+    check_count(input, &header)?;
+    match header.data.as_str() {
+        "ascii" => collector.ascii(input, &header, sink)?,
+        "binary" => collector.binary(input, &header, sink)?,
+        "binary_compressed" => collector.compressed(input, &header, sink)?,
+        other => return Err(input.malformed(Place::File, format!("DATA `{other}` is unknown"))),
+    }
+    let float32 =
+        header.data != "ascii" && collector.xyz.iter().any(|f| (f.kind, f.size) == (b'F', 4));
+    let reference = crs::of_comments(header.comments.iter().map(String::as_str));
+    let mut meta = RawCloud {
+        float32,
+        invalid: collector.invalid,
+        crs: reference.epsg(),
+        reference,
+        ..RawCloud::default()
+    };
+    collector.station.finish(&mut meta);
+    Ok(meta)
+}
+
+/// The header's number of points must fit the file.
+fn check_count(input: &mut Input, header: &Header) -> Result<(), IoError> {
     let left = input.len - input.position()?.min(input.len);
     let least = match header.data.as_str() {
         "ascii" => 2 * header.fields.len() as u64,
@@ -148,27 +215,22 @@ pub fn stream(
             file_bytes,
         });
     }
-    match header.data.as_str() {
-        "ascii" => collector.ascii(input, &header, sink)?,
-        "binary" => collector.binary(input, &header, sink)?,
-        "binary_compressed" => collector.compressed(input, &header, sink)?,
-        other => return Err(input.malformed(Place::File, format!("DATA `{other}` is unknown"))),
-    }
-    let float32 =
-        header.data != "ascii" && collector.xyz.iter().any(|f| (f.kind, f.size) == (b'F', 4));
-    let sensor_positions = header.viewpoint.into_iter().collect();
-    Ok(RawCloud { float32, sensor_positions, invalid: collector.invalid, ..RawCloud::default() })
+    Ok(())
 }
 
 struct Collector {
     xyz: [Field; 3],
     instance: Option<Field>,
+    /// The instance is a `label`, where −1 stands for none.
+    label: bool,
+    station: Station,
+    record: u64,
     batch: RawCloud,
     invalid: u64,
 }
 
 impl Collector {
-    fn new(input: &Input, header: &Header) -> Result<Self, IoError> {
+    fn new(input: &Input, header: &Header, options: &ReadOptions) -> Result<Self, IoError> {
         let found = || header.fields.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ");
         let need = |column: &'static str| {
             header.find(&[column]).ok_or_else(|| IoError::MissingColumn {
@@ -178,8 +240,11 @@ impl Collector {
             })
         };
         let xyz = [need("x")?, need("y")?, need("z")?];
-        let instance = header.find(&["instance", "label"]);
-        Ok(Self { xyz, instance, batch: empty(instance.is_some()), invalid: 0 })
+        let named = header.find(&["instance"]);
+        let instance = named.or_else(|| header.find(&["label"])).filter(|_| options.labels);
+        let station = Station::new(header.viewpoint, false);
+        let batch = empty(instance.is_some());
+        Ok(Self { xyz, instance, label: named.is_none(), station, record: 0, batch, invalid: 0 })
     }
 
     fn push(
@@ -190,6 +255,8 @@ impl Collector {
         sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
     ) -> Result<(), IoError> {
         let p = DVec3::from_array([0, 1, 2].map(|i| value(&self.xyz[i])));
+        let record = self.record;
+        self.record += 1;
         if p.is_nan() {
             self.invalid += 1;
             return Ok(());
@@ -198,8 +265,13 @@ impl Collector {
             return Err(IoError::NotFinite { path: input.path.into(), at, x: p.x, y: p.y, z: p.z });
         }
         self.batch.position.push(p);
+        self.station.see(p);
+        if let Some(column) = &mut self.batch.record {
+            column.push(u32::try_from(record).unwrap_or(u32::MAX));
+        }
         if let (Some(field), Some(column)) = (&self.instance, &mut self.batch.instance) {
             let v = value(field);
+            let v = if self.label && v == -1.0 { 0.0 } else { v };
             column.push(
                 label(v, u32::MAX).ok_or_else(|| input.malformed(at, not_a_label("label", v)))?,
             );
@@ -270,22 +342,7 @@ impl Collector {
         header: &Header,
         sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
     ) -> Result<(), IoError> {
-        let mut sizes = [0; 8];
-        input.fill(&mut sizes, "the sizes of the compressed points")?;
-        let size = |at: usize| {
-            u64::from(u32::from_le_bytes(sizes[at..at + 4].try_into().expect("four bytes")))
-        };
-        let (packed, unpacked) = (size(0), size(4));
-        if unpacked != header.points * header.stride as u64 {
-            let what = format!(
-                "{unpacked} bytes of points are not {} points of {} bytes",
-                header.points, header.stride
-            );
-            return Err(input.malformed(Place::File, what));
-        }
-        let packed = input.take(packed, "the compressed points")?;
-        let bytes = unpack_lzf(&packed, unpacked as usize)
-            .ok_or_else(|| input.malformed(Place::File, "the compressed points are damaged"))?;
+        let bytes = unpack(input, header)?;
         let points = header.points as usize;
         for i in 0..points {
             let value = |f: &Field| f.value_at(&bytes[f.at * points + i * f.size..]);
@@ -296,7 +353,27 @@ impl Collector {
 }
 
 fn empty(instance: bool) -> RawCloud {
-    RawCloud { instance: instance.then(Vec::new), ..RawCloud::default() }
+    RawCloud { instance: instance.then(Vec::new), record: Some(Vec::new()), ..RawCloud::default() }
+}
+
+/// The columns of a compressed file, one after another.
+fn unpack(input: &mut Input, header: &Header) -> Result<Vec<u8>, IoError> {
+    let mut sizes = [0; 8];
+    input.fill(&mut sizes, "the sizes of the compressed points")?;
+    let size = |at: usize| {
+        u64::from(u32::from_le_bytes(sizes[at..at + 4].try_into().expect("four bytes")))
+    };
+    let (packed, unpacked) = (size(0), size(4));
+    if Some(unpacked) != header.points.checked_mul(header.stride as u64) {
+        let what = format!(
+            "{unpacked} bytes of points are not {} points of {} bytes",
+            header.points, header.stride
+        );
+        return Err(input.malformed(Place::File, what));
+    }
+    let packed = input.take(packed, "the compressed points")?;
+    unpack_lzf(&packed, unpacked as usize)
+        .ok_or_else(|| input.malformed(Place::File, "the compressed points are damaged"))
 }
 
 /// LZF: runs of literals and back references; `None` when the data do not give exactly `size` bytes.
