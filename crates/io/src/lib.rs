@@ -5,6 +5,9 @@
 
 pub mod atomic;
 pub mod blocks_csv;
+pub mod changes_csv;
+pub mod changes_geojson;
+pub mod changes_gpkg;
 pub mod covariance_csv;
 pub mod design_file;
 pub mod drawing;

@@ -4,7 +4,7 @@ use crate::markdown::percent;
 use crate::monitoring::{EpochPair, shown};
 use geom::Vec3;
 use monitor::{Change, Class, Comparison};
-use scene::{Catalog, PlacedBlock, Recognised};
+use scene::{Catalog, PlacedBlock, Recognised, stated};
 use std::collections::HashMap;
 use synth::then::{TrueChange, What};
 
@@ -238,9 +238,9 @@ fn known<'a>(
     shown: impl Fn(Vec3) -> Vec3,
 ) -> HashMap<u32, &'a TrueChange> {
     let mut out = HashMap::new();
-    for found in recognised {
+    for (block, found) in stated(recognised) {
         let model = catalog.get(found.model);
-        let centre = found.site_from_block * model.centre;
+        let centre = found.centre(model);
         let same = |t: &&PlacedBlock| {
             let at = shown(t.site_from_block * catalog.get(t.model).centre);
             let turn = model
@@ -251,7 +251,7 @@ fn known<'a>(
                 && turn < SAME.1
         };
         if let Some(event) = truth.iter().find(same).and_then(&event) {
-            out.insert(found.block.0, event);
+            out.insert(block.block.0, event);
         }
     }
     out

@@ -15,4 +15,4 @@ pub use copc::{is_copc, stream_box};
 pub use crs::{epsg_of_wkt, wkt_of_epsg};
 pub use header::LasSummary;
 pub use read::{stream, summary};
-pub use write::write_cloud;
+pub use write::{ExtraColumn, write_cloud, write_cloud_with};
