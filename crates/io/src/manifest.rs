@@ -215,7 +215,7 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
         for item in fs::read_dir(&here).map_err(fail)? {
             let item = item.map_err(fail)?;
             let name = below.join(item.file_name());
-            if item.file_name().to_string_lossy().starts_with(atomic::ASIDE) {
+            if item.file_name().to_string_lossy().starts_with(atomic::TEMPORARY) {
                 continue; // work in hand, or what a killed run left of it
             }
             if item.file_type().map_err(fail)?.is_dir() {

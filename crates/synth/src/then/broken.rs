@@ -131,7 +131,7 @@ mod tests {
             .iter()
             .map(|p| geom::ConvexSolid::from_corners(&p.corners).unwrap())
             .collect();
-        let volume = geom::convex::union_volume_m3(&solids, 200) as f32;
+        let volume = geom::union_volume_m3(&solids, 200) as f32;
         assert!((volume / part.volume_m3 - 1.0).abs() < 0.03, "{volume} {}", part.volume_m3);
     }
 }
