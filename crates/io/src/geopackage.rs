@@ -6,8 +6,8 @@ use rusqlite::{Connection, params};
 use std::io;
 use std::path::Path;
 
-/// The tables the standard asks for, then ours. Dates are fixed: the same result gives the same bytes.
-const SCHEMA: &str = "
+/// The tables the standard asks for. Dates are fixed: the same result gives the same bytes.
+pub(crate) const STANDARD: &str = "
 PRAGMA application_id = 1196444487; -- 'GPKG'
 PRAGMA user_version = 10300;
 CREATE TABLE gpkg_spatial_ref_sys (
@@ -27,6 +27,10 @@ INSERT INTO gpkg_spatial_ref_sys VALUES
   ('WGS 84 geodetic', 4326, 'EPSG', 4326,
    'GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433],AUTHORITY[\"EPSG\",\"4326\"]]',
    NULL);
+";
+
+/// Ours.
+const SCHEMA: &str = "
 CREATE TABLE blocks (
   fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POLYGON, block_id INTEGER, model TEXT, x_m DOUBLE, y_m DOUBLE,
   z_m DOUBLE, occlusion DOUBLE, confidence DOUBLE, fitness_m DOUBLE, runner_up TEXT, runner_up_fitness_m DOUBLE, type_judged BOOLEAN);
@@ -47,6 +51,7 @@ pub fn write(path: &Path, drawing: &Drawing, seed: u64) -> Result<(), IoError> {
 
 fn bytes(drawing: &Drawing, seed: u64) -> rusqlite::Result<Vec<u8>> {
     let mut database = Connection::open_in_memory()?;
+    database.execute_batch(STANDARD)?;
     database.execute_batch(SCHEMA)?;
     let transaction = database.transaction()?;
     fill(&transaction, drawing, seed)?;
@@ -54,18 +59,23 @@ fn bytes(drawing: &Drawing, seed: u64) -> rusqlite::Result<Vec<u8>> {
     Ok(database.serialize("main")?.to_vec())
 }
 
+/// Enters the reference system and gives its number in the file.
+pub(crate) fn spatial_reference(
+    db: &Connection,
+    crs: &str,
+    epsg: Option<u32>,
+) -> rusqlite::Result<i64> {
+    let Some(code) = epsg else { return Ok(-1) };
+    if code != 4326 {
+        let wkt = crate::crs::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
+        let sql = "INSERT INTO gpkg_spatial_ref_sys VALUES (?1, ?2, 'EPSG', ?2, ?3, NULL)";
+        db.execute(sql, params![crs, code, wkt])?;
+    }
+    Ok(i64::from(code))
+}
+
 fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
-    let srs = match drawing.epsg() {
-        Some(code) => {
-            if code != 4326 {
-                let wkt = crate::crs::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
-                let sql = "INSERT INTO gpkg_spatial_ref_sys VALUES (?1, ?2, 'EPSG', ?2, ?3, NULL)";
-                db.execute(sql, params![drawing.frame.crs, code, wkt])?;
-            }
-            i64::from(code)
-        }
-        None => -1,
-    };
+    let srs = spatial_reference(db, &drawing.frame.crs, drawing.epsg())?;
     let (mut extent, mut counts) = ([[f64::MAX, f64::MAX, f64::MIN, f64::MIN]; 2], [0_i64; 2]);
     for unit in drawing.units() {
         let (centre, model) = (drawing.centre(&unit), &drawing.catalog.get(unit.model).name);

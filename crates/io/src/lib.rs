@@ -6,6 +6,9 @@
 pub mod alignment_file;
 pub mod atomic;
 pub mod blocks_csv;
+pub mod changes_csv;
+pub mod changes_geojson;
+pub mod changes_gpkg;
 pub mod covariance_csv;
 pub mod crs;
 pub mod design_file;
