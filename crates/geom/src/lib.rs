@@ -19,6 +19,7 @@ pub mod point_grid;
 mod raster;
 pub mod sdf;
 pub mod seeds;
+mod silhouette;
 pub mod union;
 pub mod voxel;
 
@@ -39,4 +40,5 @@ pub use point_grid::PointGrid;
 pub use sdf::DistanceField;
 pub use seeds::SeedTree;
 pub use union::union;
+pub use silhouette::silhouette;
 pub use voxel::{Thinned, thin};

@@ -98,6 +98,13 @@ pub struct PlanConfig {
     pub physics: PhysicsConfig,
 }
 
+impl PlanConfig {
+    /// The thesis' way to a pose: one random drop in a window; its network where the caller chooses [`Policy::Network`].
+    pub fn thesis() -> Self {
+        Self { policy: Policy::Random, random: RandomConfig { drops: 1 }, ..Self::default() }
+    }
+}
+
 /// Settings of policy `random`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -35,6 +35,10 @@ fn main() {
     let site = Site::made(blocks, placements, points);
     let page = html(&site.input()).expect("the values belong together");
     std::fs::write(out, &page).expect("the file can be written");
+    let pdf = std::path::Path::new(out).with_extension("pdf");
+    let font = std::env::var("SHEET_FONT").ok().map(|path| SheetFont { data: std::fs::read(path).expect("a font"), index: 0 });
+    let set = SheetSet { author: "Example".into(), drawing: "P-1".into(), font };
+    std::fs::write(pdf, sheets(&site.input(), &set).expect("the values belong together")).expect("the file can be written");
     println!("{out}: {} blocks, {} placements, {} bytes", site.recognised.len(), site.plan.placements.len(), page.len());
 }
 
@@ -87,12 +91,13 @@ impl Site {
         let (mut position, mut fit) = (Vec::new(), Vec::new());
         for r in &mut recognised {
             let start = position.len() as u32;
-            let noise = if r.confidence < 0.8 { 0.05_f32 } else { 0.012 };
+            let noise = if r.is_stated() { 0.012_f32 } else { 0.05 };
+            let pose = r.fit().expect("every block has a pose").site_from_block;
             for (p, normal) in mesh.sample_surface(each * 2, &mut rng) {
-                let outward = r.site_from_block.transform_vector(normal);
+                let outward = pose.transform_vector(normal);
                 if outward.z > -0.1 && fit.len() < points {
                     let off = noise * (rng.random_range(-1.0_f32..1.0) + rng.random_range(-1.0_f32..1.0));
-                    position.push(r.site_from_block.transform_point(p) + outward * off);
+                    position.push(pose.transform_point(p) + outward * off);
                     fit.push(off.abs());
                 }
             }
@@ -107,8 +112,8 @@ impl Site {
         let mut surveyed = design.clone();
         design.fill_with(|x, y| if x < 0.0 || x > long_m { f32::NAN } else { design_m(y) });
         surveyed.fill_with(|_, y| design_m(y) - 2.4);
-        for r in &recognised {
-            surveyed.raise(mesh, &r.site_from_block);
+        for fit in recognised.iter().filter_map(|r| r.fit()) {
+            surveyed.raise(mesh, &fit.site_from_block);
         }
         let mut planned = surveyed.clone();
         for p in &kept {
@@ -175,11 +180,29 @@ impl Site {
                 reason: [Text::new("too shallow for a block", "ブロックには浅すぎる"), Text::new("every trial stood above the design", "試行がすべて計画面を超過")][i % 2].clone(),
             })
             .collect();
+        input.sections = (1..9)
+            .map(|k| {
+                let x = self.long_m * k as f32 / 9.0;
+                let line = |kind, map: &HeightMap| SectionLine {
+                    kind,
+                    points: (-130..=130)
+                        .map(|i| i as f32 / 10.0)
+                        .map(|o| [o, map.sample_m(x, -o).map_or(f32::NAN, |z| z + 0.5)])
+                        .collect(),
+                };
+                Section {
+                    label: Text::new(format!("Chainage {x:.1} m"), format!("距離 {x:.1} m")),
+                    from: Vec2::new(x, 13.0),
+                    to: Vec2::new(x, -13.0),
+                    lines: vec![line(SectionLineKind::AsIs, &self.surveyed), line(SectionLineKind::Planned, &self.planned), line(SectionLineKind::Design, &self.design)],
+                }
+            })
+            .collect();
         input.figures = vec![Figure::new(Text::new("Survey points", "測量点数"), self.survey.cloud.len().to_string(), "")];
         input.histograms = vec![Histogram {
             label: Text::new("Fitting error of each block", "各ブロックの当てはめ誤差"),
             unit: "mm".into(),
-            values: self.recognised.iter().map(|r| r.fitness_m * 1000.0).collect(),
+            values: self.recognised.iter().filter_map(|r| r.fit()?.fitness_m).map(|v| v * 1000.0).collect(),
         }];
         input
     }
@@ -187,19 +210,15 @@ impl Site {
 
 fn block(id: u32, pose: Pose, rng: &mut impl Rng) -> Recognised {
     let doubtful = id.is_multiple_of(23);
-    Recognised {
-        block: InstanceId(id),
-        model: ModelId(0),
-        site_from_block: pose,
-        judgement: if doubtful { Judgement::NotJudged } else { Judgement::Accepted },
-        type_judged: true,
-        confidence: if doubtful { 0.4 } else { 1.0 - rng.random_range(0.0_f32..0.35).powi(2) },
-        fitness_m: if doubtful { 0.05 } else { 0.012 + rng.random_range(0.0..0.01) },
-        runner_up: None,
-        occlusion: rng.random_range(0.3..0.7),
-        points: Vec::new(),
-        covariance: [0.0; 36],
-    }
+    let mut some = |low: f32, high: f32| Some(rng.random_range(low..high));
+    let fit = Fit {
+        confidence: if doubtful { Some(0.4) } else { some(0.0, 0.35).map(|v| 1.0 - v * v) },
+        fitness_m: if doubtful { Some(0.05) } else { some(0.012, 0.022) },
+        occlusion: some(0.3, 0.7),
+        ..Fit::of_pose(ModelId(0), pose)
+    };
+    let verdict = if doubtful { Verdict::NotJudged(Guess::Fit(fit)) } else { Verdict::Stated(fit) };
+    Recognised { block: InstanceId(id), points: Vec::new(), verdict }
 }
 
 fn placement(order: u32, rest: Pose, rng: &mut impl Rng) -> Placement {

@@ -3,7 +3,7 @@
 use crate::lights::{filled, lights};
 use crate::text::{escape, grouped, t};
 use crate::{Light, LightState, ReportInput, Text};
-use scene::{Judgement, Plan};
+use scene::Plan;
 use std::fmt::Write;
 
 /// The head of the page.
@@ -38,7 +38,7 @@ fn light(light: &Light) -> String {
 
 /// The sentence, and what is to be said of it.
 pub(crate) fn answer(input: &ReportInput) -> (Text, Text) {
-    let stated = input.recognised.iter().filter(|r| r.judgement == Judgement::Accepted).count();
+    let stated = scene::stated(input.recognised).count();
     let open = input.recognised.len() - stated;
     match input.plan {
         _ if stated == 0 && !input.bare_ground => (

@@ -7,6 +7,7 @@ pub mod colour;
 pub mod input;
 pub mod lights;
 pub mod picture;
+pub mod sheets;
 pub mod still;
 pub mod text;
 
@@ -30,5 +31,6 @@ pub use input::{
 pub use page::html;
 pub use script::MODULES;
 pub use picture::{pile_picture, site_picture};
+pub use sheets::{SheetFont, SheetSet, sheets};
 pub use still::{Camera, Image, Lens, StillMesh, StillPoints, still};
 pub use text::Text;

@@ -3,7 +3,6 @@
 
 use crate::text::grouped;
 use crate::{Light, LightState, ReportInput, Text};
-use scene::Judgement;
 
 /// Median share of a block that lies hidden: above the first its pose leans on little, above the second on next to
 /// nothing (a survey of natural ground without a block had 0.81 to 0.97 in all it took for blocks).
@@ -48,8 +47,8 @@ pub(crate) fn median(values: impl Iterator<Item = f32>) -> Option<f32> {
 fn recognition(input: &ReportInput) -> Light {
     let name = Text::new("Recognition", "認識");
     let all = input.recognised.len();
-    let stated = || input.recognised.iter().filter(|r| r.judgement == Judgement::Accepted);
-    let Some(confidence) = median(stated().map(|r| r.confidence)) else {
+    let count = scene::stated(input.recognised).count();
+    if count == 0 {
         let reason = if all == 0 {
             Text::new("nothing in the survey looks like a block", "ブロックらしいものがない")
         } else {
@@ -59,26 +58,25 @@ fn recognition(input: &ReportInput) -> Light {
             )
         };
         return Light { name, state: LightState::Bad, reason };
-    };
-    let count = stated().count();
-    let share = count as f32 / all as f32;
-    let (count, all) = (grouped(&count.to_string()), grouped(&all.to_string()));
-    Light {
-        name,
-        state: worse(at_least(share, STATED), at_least(confidence, CONFIDENT)),
-        reason: Text::new(
-            format!("{count} of {all} candidates stated, median confidence {confidence:.2}"),
-            format!("候補 {all} 中 {count} を判定、信頼度の中央値 {confidence:.2}"),
-        ),
     }
+    let confidence = median(scene::stated(input.recognised).filter_map(|(_, fit)| fit.confidence));
+    let share = count as f32 / all as f32;
+    let stated = at_least(share, STATED);
+    let (count, all) = (grouped(&count.to_string()), grouped(&all.to_string()));
+    let (mut en, mut ja) = (format!("{count} of {all} candidates stated"), format!("候補 {all} 中 {count} を判定"));
+    if let Some(confidence) = confidence {
+        en += &format!(", median confidence {confidence:.2}");
+        ja += &format!("、信頼度の中央値 {confidence:.2}");
+    }
+    let state = confidence.map_or(stated, |c| worse(stated, at_least(c, CONFIDENT)));
+    Light { name, state, reason: Text::new(en, ja) }
 }
 
 fn coverage(input: &ReportInput) -> Light {
     let name = Text::new("Coverage", "測量の見え方");
-    let stated = input.recognised.iter().filter(|r| r.judgement == Judgement::Accepted);
-    match median(stated.map(|r| r.occlusion)) {
+    match median(scene::stated(input.recognised).filter_map(|(_, fit)| fit.occlusion)) {
         None => {
-            let reason = Text::new("no block to look at", "対象のブロックがない");
+            let reason = Text::new("nobody measured how much of a block is in sight", "見えている割合は不明");
             Light { name, state: LightState::Unknown, reason }
         }
         Some(hidden) => Light {

@@ -5,6 +5,7 @@
 
 use crate::ReportInput;
 use crate::blob::{Blob, Span};
+use crate::view_data::shown;
 use geom::Vec3;
 use serde::Serialize;
 
@@ -41,7 +42,7 @@ pub(crate) fn points(input: &ReportInput, blob: &mut Blob) -> Points {
         (bounds.min, bounds.size().max(Vec3::splat(1e-6)))
     };
     let mut instance = vec![0_u32; cloud.len()];
-    for (number, r) in input.recognised.iter().enumerate() {
+    for (number, (r, _)) in shown(input).enumerate() {
         for &i in &r.points {
             if let Some(slot) = instance.get_mut(i as usize) {
                 *slot = number as u32 + 1;

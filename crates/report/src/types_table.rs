@@ -2,7 +2,6 @@
 
 use crate::ReportInput;
 use crate::text::{escape, grouped, t};
-use scene::Judgement;
 use std::fmt::Write;
 
 const HEADS: [(&str, &str, &str); 7] = [
@@ -27,8 +26,7 @@ pub(crate) fn types(input: &ReportInput) -> String {
     }
     html += "</tr></thead><tbody>";
     for (id, m) in input.catalog.iter() {
-        let stated = |r: &&scene::Recognised| r.model == id && r.judgement == Judgement::Accepted;
-        let found = input.recognised.iter().filter(stated).count();
+        let found = scene::stated(input.recognised).filter(|(_, fit)| fit.model == id).count();
         let added = input.plan.map_or(0, |p| p.placements.iter().filter(|p| p.model == id).count());
         let round =
             if m.symmetry.axis().is_some() { "∞".into() } else { m.symmetry.order().to_string() };

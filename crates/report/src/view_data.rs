@@ -5,7 +5,7 @@ use crate::grid::{Grid, grid};
 use crate::points::{Points, high_end, points};
 use crate::{ReportError, ReportInput, SectionLineKind, Text};
 use geom::{HeightMap, Pose};
-use scene::{Judgement, ModelId, Placement, Review};
+use scene::{Fit, ModelId, Placement, Recognised, Review};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -19,6 +19,7 @@ struct ViewData<'a> {
     points: Points,
     models: Vec<Model>,
     found: Vec<Found>,
+    places: Vec<Place>,
     added: Vec<Placed>,
     removed: Vec<Placed>,
     outlines: Vec<Line>,
@@ -49,15 +50,21 @@ struct Found {
     id: u32,
     model: u16,
     pose: [f32; 7],
-    confidence: f32,
-    fitness_m: f32,
-    occlusion: f32,
+    confidence: Option<f32>,
+    fitness_m: Option<f32>,
+    occlusion: Option<f32>,
     judged: bool,
     #[serde(rename = "typeJudged")]
     type_judged: bool,
     second: Option<u16>,
     #[serde(rename = "secondFit_m")]
     second_fit_m: Option<f32>,
+}
+
+#[derive(Serialize)]
+struct Place {
+    id: u32,
+    centre: [f32; 3],
 }
 
 #[derive(Serialize)]
@@ -144,7 +151,7 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
     });
     let maps = maps.collect();
     let placed = |list: &[Placement]| list.iter().map(|p| placed(input, p)).collect();
-    let fits: Vec<f32> = input.recognised.iter().map(|r| r.fitness_m).collect();
+    let fits: Vec<f32> = shown(input).filter_map(|(_, fit)| fit.fitness_m).collect();
     let blob = blob.packed()?;
     let data = ViewData {
         run: run_name(input, &blob),
@@ -152,6 +159,7 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
         points,
         models,
         found: found(input),
+        places: places(input),
         added: input.plan.map_or(Vec::new(), |p| placed(&p.placements)),
         removed: input.plan.map_or(Vec::new(), |p| placed(&p.removed)),
         outlines: outlines(input),
@@ -179,9 +187,9 @@ fn run_name(input: &ReportInput, blob: &str) -> String {
     let mut hash = Sha256::new();
     hash.update(input.title.as_bytes());
     hash.update(blob.as_bytes());
-    for r in input.recognised {
+    for (r, fit) in shown(input) {
         hash.update(r.block.0.to_le_bytes());
-        numbers(&r.site_from_block).iter().for_each(|v| hash.update(v.to_le_bytes()));
+        numbers(&fit.site_from_block).iter().for_each(|v| hash.update(v.to_le_bytes()));
     }
     hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
 }
@@ -197,20 +205,31 @@ fn surfaces(input: &ReportInput, blob: &mut Blob) -> BTreeMap<&'static str, Grid
     all.into_iter().filter_map(|(name, map)| map.map(|m| (name, grid(m, blob)))).collect()
 }
 
+/// Blocks the view shows: all that have a pose, stated or not.
+pub(crate) fn shown<'a>(input: &ReportInput<'a>) -> impl Iterator<Item = (&'a Recognised, &'a Fit)> {
+    input.recognised.iter().filter_map(|r| Some((r, r.fit()?)))
+}
+
 fn found(input: &ReportInput) -> Vec<Found> {
-    let one = |r: &scene::Recognised| Found {
+    let one = |(r, fit): (&Recognised, &Fit)| Found {
         id: r.block.0,
-        model: r.model.0,
-        pose: numbers(&r.site_from_block),
-        confidence: r.confidence,
-        fitness_m: r.fitness_m,
-        occlusion: r.occlusion,
-        judged: r.judgement == Judgement::Accepted,
-        type_judged: r.type_judged,
-        second: r.runner_up.map(|(m, _)| m.0),
-        second_fit_m: r.runner_up.map(|(_, fit)| fit),
+        model: fit.model.0,
+        pose: numbers(&fit.site_from_block),
+        confidence: fit.confidence,
+        fitness_m: fit.fitness_m,
+        occlusion: fit.occlusion,
+        judged: r.is_stated(),
+        type_judged: fit.type_judged,
+        second: fit.runner_up.map(|(m, _)| m.0),
+        second_fit_m: fit.runner_up.map(|(_, fit)| fit),
     };
-    input.recognised.iter().map(one).collect()
+    shown(input).map(one).collect()
+}
+
+/// Places that no type fits: a block may be there, and nothing of it can be shown.
+fn places(input: &ReportInput) -> Vec<Place> {
+    let open = input.recognised.iter().filter(|r| r.fit().is_none());
+    open.map(|r| Place { id: r.block.0, centre: r.centre(input.catalog).to_array() }).collect()
 }
 
 fn placed(input: &ReportInput, p: &Placement) -> Placed {
@@ -284,8 +303,9 @@ pub(crate) fn check(input: &ReportInput) -> Result<(), ReportError> {
         if ok { Ok(()) } else { Err(ReportError::NotFinite { what, number }) }
     };
     for (i, r) in input.recognised.iter().enumerate() {
-        known(r.model)?;
-        finite("block", i, &r.site_from_block)?;
+        let Some(fit) = r.fit() else { continue };
+        known(fit.model)?;
+        finite("block", i, &fit.site_from_block)?;
     }
     let placements = input.plan.iter().flat_map(|p| p.placements.iter().chain(&p.removed));
     for (i, p) in placements.enumerate() {

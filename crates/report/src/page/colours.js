@@ -2,7 +2,10 @@
 // chosen and nothing else is; orange is planned; the ramps end before either.
 
 export const TYPES = [[0, 114, 178], [0, 158, 115], [86, 180, 233], [120, 94, 160], [150, 140, 60], [90, 110, 130]];
-export const PLANNED = [230, 120, 20], NOT_JUDGED = [150, 152, 156], CHOSEN = [232, 62, 140], STRUCK = [120, 60, 60], LOCKED = [150, 80, 10];
+export const PLANNED = [230, 120, 20];
+export const NOT_JUDGED = [150, 152, 156];
+export const STRUCK = [120, 60, 60];
+export const LOCKED = [150, 80, 10];
 export const RAMP = [[0, 32, 81], [42, 63, 108], [97, 100, 112], [140, 137, 120], [188, 174, 108], [222, 208, 92]];
 // Below the design (missing) to above it (too high): engineers read red as fill and blue as cut.
 export const DIVERGING = [[33, 79, 138], [140, 175, 214], [247, 247, 247], [240, 160, 120], [170, 50, 30]];

@@ -2,7 +2,7 @@
 // planned ones struck out or locked. Kept in this browser until it is saved as review.json for the next run.
 
 import { posed } from "./camera.js";
-import { byId, download, make, number, words } from "./words.js";
+import { byId, download, make, number, scaled, words } from "./words.js";
 
 const VERDICTS = { accepted: ["✓ accepted", "✓ 採用"], rejected: ["✗ rejected", "✗ 却下"], corrected: ["✎ corrected", "✎ 修正"], struck: ["✗ struck out", "✗ 取消"], locked: ["⚿ locked", "⚿ 固定"] };
 
@@ -71,7 +71,7 @@ export class Review {
     if (this.active && found && e.key !== "u") this.step(1);
   }
   verdict(block = this.block) {
-    if (!block) return null;
+    if (!block || block.kind === "place") return null;
     if (block.kind === "found") return this.decisions.get(block.id);
     const verdict = this.planned.get(block.order);
     return verdict && { verdict, model: block.model, note: "" };
@@ -190,10 +190,10 @@ export class Review {
 }
 
 // Not judged first, then the least sure; among equals the more hidden.
-export const doubt = b => (b.judged ? 0 : 2) + (b.typeJudged ? 0 : 0.5) + (1 - b.confidence) + b.occlusion * 0.05;
+export const doubt = b => (b.judged ? 0 : 2) + (b.typeJudged ? 0 : 0.5) + (1 - (b.confidence ?? 0.5)) + (b.occlusion ?? 0.5) * 0.05;
 
 function why(b) {
-  const said = [`${words("confidence", "信頼度")} ${number(b.confidence, 2)}`, `${words("fitting error", "当てはめ誤差")} ${number(b.fitness_m * 1000)} mm`, `${words("hidden", "隠れ")} ${number(b.occlusion * 100)} %`];
+  const said = [`${words("confidence", "信頼度")} ${number(scaled(b.confidence, 1), 2)}`, `${words("fitting error", "当てはめ誤差")} ${number(scaled(b.fitness_m, 1000))} mm`, `${words("hidden", "隠れ")} ${number(scaled(b.occlusion, 100))} %`];
   if (!b.judged) said.unshift(words("not judged", "判定不能"));
   if (!b.typeJudged) said.push(words("type open", "種類未定"));
   return said.join(" · ");

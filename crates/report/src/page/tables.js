@@ -2,7 +2,7 @@
 
 import { tableAt } from "./table.js";
 import { doubt } from "./review.js";
-import { said, words } from "./words.js";
+import { said, scaled, words } from "./words.js";
 
 // With a projected system Japanese readers know X as north; without one the axes have no direction.
 const axes = data => data.crs
@@ -13,21 +13,21 @@ const STATES = { overflow: ["stands above the design", "計画面超過"], unset
 export const stateWord = state => words(...(STATES[state] || [state, state]));
 
 export function tables(data, selection, review) {
-  const model = b => data.models[b.model].name, place = axes(data).map((head, k) => ({ head, unit: "m", digits: 3, wide: 112, value: b => b.centre[k] + data.origin[k] }));
+  const model = b => b.model === null ? "–" : data.models[b.model].name, place = axes(data).map((head, k) => ({ head, unit: "m", digits: 3, wide: 112, value: b => b.centre[k] + data.origin[k] }));
   const type = { head: { en: "type", ja: "種類" }, value: model, text: true, wide: 130 };
   const ofType = { head: { en: "type", ja: "種類" }, options: [{ head: ANY }, ...data.models.map((m, i) => ({ head: { en: m.name }, keep: b => b.model === i }))] };
   const made = [];
   made.push(tableAt("found-table", {
-    name: "blocks", rows: data.found, selection, of: b => b.number,
+    name: "blocks", rows: [...data.found, ...data.places], selection, of: b => b.number,
     empty: { en: "No block was recognised.", ja: "認識されたブロックはありません。" },
     columns: [{ head: { en: "No.", ja: "番号" }, value: b => b.id, wide: 64 }, type, ...place,
-      { head: { en: "confidence", ja: "信頼度" }, digits: 2, value: b => b.confidence }, { head: { en: "fitting error", ja: "当てはめ誤差" }, unit: "mm", digits: 0, value: b => b.fitness_m * 1000, wide: 96 },
-      { head: { en: "hidden", ja: "隠れ" }, unit: "%", digits: 0, value: b => b.occlusion * 100 }, { head: { en: "doubt", ja: "疑わしさ" }, digits: 2, value: doubt, hidden: true },
+      { head: { en: "confidence", ja: "信頼度" }, digits: 2, value: b => scaled(b.confidence, 1) }, { head: { en: "fitting error", ja: "当てはめ誤差" }, unit: "mm", digits: 0, value: b => scaled(b.fitness_m, 1000), wide: 96 },
+      { head: { en: "hidden", ja: "隠れ" }, unit: "%", digits: 0, value: b => scaled(b.occlusion, 100) }, { head: { en: "doubt", ja: "疑わしさ" }, digits: 2, value: doubt, hidden: true },
       { head: { en: "second type", ja: "次点" }, value: b => b.second === null ? "" : `${data.models[b.second].name} (${Math.round(b.secondFit_m * 1000)} mm)`, text: true, wide: 120, hidden: data.models.length < 2 },
       { head: { en: "judged", ja: "判定" }, value: b => b.judged ? b.typeJudged ? words("stated", "判定済") : words("type open", "種類未定") : words("not judged", "判定不能"), text: true },
       { head: { en: "review", ja: "確認" }, value: b => review.word(b), text: true }],
     filters: [ofType, { head: { en: "judged", ja: "判定" }, options: [{ head: ANY }, { head: { en: "stated", ja: "判定済" }, keep: b => b.judged }, { head: { en: "not judged", ja: "判定不能" }, keep: b => !b.judged }] },
-      { head: { en: "confidence", ja: "信頼度" }, options: [{ head: ANY }, ...[0.8, 0.9].map(v => ({ head: { en: `confidence < ${v}`, ja: `信頼度 < ${v}` }, keep: b => b.confidence < v }))] }],
+      { head: { en: "confidence", ja: "信頼度" }, options: [{ head: ANY }, ...[0.8, 0.9].map(v => ({ head: { en: `confidence < ${v}`, ja: `信頼度 < ${v}` }, keep: b => b.confidence !== null && b.confidence < v }))] }],
     marks: b => review.verdict(b)?.verdict === "rejected" ? ["out"] : b.judged ? [] : ["faint"],
   }));
   const rounds = [...Array(data.rounds).keys()].map(r => ({ head: { en: `round ${r + 1}`, ja: `${r + 1} 回目` }, keep: b => b.round === r + 1 }));

@@ -2,7 +2,7 @@
 
 import { DIVERGING, ERROR, NOT_JUDGED, PLANNED, RAMP, TYPES, css, gradient } from "./colours.js";
 import { Measure } from "./measure.js";
-import { byId, make, number, said, sharp, theme, words } from "./words.js";
+import { byId, make, number, said, scaled, sharp, theme, words } from "./words.js";
 
 export const swatch = (colour, text) => { const i = make("i"); i.style.background = colour; return make("span", {}, i, text); };
 export const ramp = (stops, low, high) => { const r = make("span", { className: "ramp" }); r.style.background = gradient(stops); return make("span", {}, low, r, high); };
@@ -132,7 +132,7 @@ function measuring(viewer, selection, data) {
   const describe = b => {
     const name = data.models[b.model].name, where = place(b.centre);
     return b.kind === "found"
-      ? `R${b.id} · ${name}${b.judged ? "" : ` · ${words("not judged", "判定不能")}`}\n${words("confidence", "信頼度")} ${number(b.confidence, 2)} · ${words("fitting error", "当てはめ誤差")} ${number(b.fitness_m * 1000)} mm · ${words("hidden", "隠れ")} ${number(b.occlusion * 100)} %\n${where}`
+      ? `R${b.id} · ${name}${b.judged ? "" : ` · ${words("not judged", "判定不能")}`}\n${words("confidence", "信頼度")} ${number(scaled(b.confidence, 1), 2)} · ${words("fitting error", "当てはめ誤差")} ${number(scaled(b.fitness_m, 1000))} mm · ${words("hidden", "隠れ")} ${number(scaled(b.occlusion, 100))} %\n${where}`
       : `${words("place", "据付")} ${b.order} · ${name} · ${words("round", "回")} ${b.round}\n${words("fills", "充填量")} ${number(b.filled_m3, 2)} m³ · ${words("contacts", "接触数")} ${b.contacts}\n${where}`;
   };
   const measure = new Measure(viewer, say);

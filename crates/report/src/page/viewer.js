@@ -52,6 +52,7 @@ export class Viewer {
     let c;
     if (verdict) c = verdict === "struck" ? STRUCK : LOCKED;
     else if (found && !b.judged) c = NOT_JUDGED;
+    else if (found && (b.confidence === null && blockMode === "confidence" || b.fitness_m === null && blockMode === "fit" || b.occlusion === null && blockMode === "hidden")) c = [225, 225, 225];
     else if (blockMode === "confidence") c = found ? mix(RAMP, b.confidence) : [225, 225, 225];
     else if (blockMode === "fit") c = found ? mix(ERROR, b.fitness_m / errorReach) : [225, 225, 225];
     else if (blockMode === "hidden") c = found ? mix(RAMP, 1 - b.occlusion) : [225, 225, 225];

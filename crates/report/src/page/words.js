@@ -15,6 +15,9 @@ export function number(value, digits = 0) {
   return /^-0(\.0*)?$/.test(text) ? text.slice(1) : text;
 }
 
+// A value in another unit; what nobody knows stays no number.
+export const scaled = (value, factor) => value === null ? NaN : value * factor;
+
 // An element with its properties and children; text stays text.
 export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);

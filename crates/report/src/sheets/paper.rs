@@ -139,6 +139,11 @@ impl<'a> Paper<'a> {
         width_mm
     }
 
+    /// Width of a text, in heights of its letters.
+    pub fn width(&mut self, text: &str) -> f32 {
+        self.font.width(text)
+    }
+
     /// Both languages, Japanese first, as labels on drawings stand.
     pub fn label(&mut self, at: [f32; 2], size_mm: f32, align: Align, text: &Text, ink: Rgb) -> f32 {
         self.words(at, size_mm, align, &both(text), ink)
