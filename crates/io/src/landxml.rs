@@ -84,7 +84,11 @@ pub fn text(project: &str, crs: &str, surfaces: &[Surface]) -> String {
     out
 }
 
+/// Text as XML 1.0 may hold it: marks escaped, characters XML has no way to write replaced by U+FFFD.
 pub(crate) fn escaped(text: &str) -> String {
+    let allowed = |c: char| matches!(c, '\t' | '\n' | '\r' | ' '..='\u{D7FF}' | '\u{E000}'..='\u{FFFD}' | '\u{10000}'..);
+    let text: String =
+        text.chars().map(|c| if allowed(c) { c } else { char::REPLACEMENT_CHARACTER }).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -1,6 +1,7 @@
 //! What `site.toml` says, before its files are read.
 
 use crate::design::DesignError;
+use crate::name::{NameError, check_name};
 use crate::{AxisOrder, DesignSurface, SensorKind, SlopingPlane};
 use geom::DVec3;
 use serde::{Deserialize, Serialize};
@@ -192,6 +193,9 @@ pub enum SiteError {
     /// Two designs.
     #[error("give either [design] or [design_file], not both")]
     TwoDesigns,
+    /// A name no file or page can hold.
+    #[error(transparent)]
+    Name(#[from] NameError),
     /// The design itself.
     #[error(transparent)]
     Design(#[from] DesignError),
@@ -205,6 +209,7 @@ impl SiteSpec {
 
     /// Checks what the types cannot.
     pub fn check(&self) -> Result<(), SiteError> {
+        check_name("the site's `name`", &self.name)?;
         match self.crs.as_str() {
             "" => return Err(SiteError::NoCrs),
             "none" => {}
