@@ -2,7 +2,9 @@
 
 use crate::convex_parts::{ConvexConfig, convex_parts};
 use crate::symmetry::{SymmetryConfig, find_symmetry};
-use crate::{BlockError, antifer, dolos, frustum::square_frustum, rotation_group, tetrapod};
+use crate::{
+    BlockError, antifer, bin_parts, dolos, frustum::square_frustum, rotation_group, tetrapod,
+};
 use geom::{MeshError, TriMesh, Warning};
 use scene::{
     BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape,
@@ -110,12 +112,7 @@ pub fn warnings(catalog: &Catalog) -> Vec<Warning> {
 
 /// A built-in shape as a block.
 pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<BlockModel, BlockError> {
-    let size = match shape {
-        Shape::Tetrapod { size }
-        | Shape::Dolos { size }
-        | Shape::Cube { size }
-        | Shape::Antifer { size } => size,
-    };
+    let size = shape.size_m();
     if !SIZES_M.contains(&size) {
         return Err(BlockError::BadSize { name: name.into(), size });
     }
@@ -136,6 +133,11 @@ pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<Block
             let (mesh, parts) = antifer::antifer(size);
             (mesh, parts, rotation_group::cyclic_z(4))
         }
+        Shape::EyeBolt { size } => bin_parts::eye_bolt(size),
+        Shape::GearShaft { size } => bin_parts::gear_shaft(size),
+        Shape::HoledPlate { size } => bin_parts::holed_plate(size),
+        Shape::HookPlate { size } => bin_parts::hook_plate(size),
+        Shape::Bracket { size } => bin_parts::bracket(size),
     };
     let symmetry = SymmetryGroup::new(mesh.moments().centroid, rotations);
     assemble(name, mesh, parts, 1.0, symmetry, density_kg_m3)

@@ -106,7 +106,7 @@ pub(crate) fn text(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> 
     let fine = "memory takes every byte, and every row is as long as the header";
     writer.write_record(header).expect(fine);
     for row in rows {
-        writer.write_record(row.iter().map(|cell| as_text(cell))).expect(fine);
+        writer.write_record(row.iter().map(|cell| as_text(cell).into_owned())).expect(fine);
     }
     String::from_utf8(writer.into_inner().expect(fine)).expect("text in, text out")
 }

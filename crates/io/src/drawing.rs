@@ -1,7 +1,7 @@
 //! What the CAD, GIS and 3D exports draw: recognised and planned blocks, sections and where they are.
 
 use geom::{DVec3, Pose, Vec2};
-use scene::{Catalog, Judgement, ModelId, Placement, PlacementState, Recognised, SiteFrame};
+use scene::{Catalog, Fit, ModelId, Placement, PlacementState, Recognised, SiteFrame};
 
 /// A result as the exporters take it. Coordinates they write are site coordinates: east, north, up.
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +12,7 @@ pub struct Drawing<'a> {
     pub frame: &'a SiteFrame,
     /// Block types.
     pub catalog: &'a Catalog,
-    /// Recognised blocks; only accepted ones are drawn.
+    /// Recognised blocks; only stated ones are drawn.
     pub recognised: &'a [Recognised],
     /// The plan; only kept placements are drawn.
     pub placements: &'a [Placement],
@@ -35,7 +35,7 @@ pub struct SectionLine {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source<'a> {
     /// Found in the survey.
-    Recognised(&'a Recognised),
+    Recognised(&'a Recognised, &'a Fit),
     /// Added by the plan.
     Planned(&'a Placement),
 }
@@ -55,7 +55,7 @@ impl Unit<'_> {
     /// `R12` for recognised block 12, `P3` for the third placement.
     pub fn label(&self) -> String {
         match self.source {
-            Source::Recognised(r) => format!("R{}", r.block.0),
+            Source::Recognised(r, _) => format!("R{}", r.block.0),
             Source::Planned(p) => format!("P{}", p.order),
         }
     }
@@ -63,7 +63,7 @@ impl Unit<'_> {
     /// `recognised` or `planned`: layers and tables are called so.
     pub fn layer(&self) -> &'static str {
         match self.source {
-            Source::Recognised(_) => "recognised",
+            Source::Recognised(..) => "recognised",
             Source::Planned(_) => "planned",
         }
     }
@@ -72,13 +72,13 @@ impl Unit<'_> {
 impl<'a> Drawing<'a> {
     /// Everything to draw: recognised blocks, then placements, in their own order.
     pub fn units(&self) -> impl Iterator<Item = Unit<'a>> {
-        let found = self.recognised.iter().filter(|r| r.judgement == Judgement::Accepted);
+        let found = scene::stated(self.recognised);
         let added = self.placements.iter().filter(|p| p.state == PlacementState::Kept);
         found
-            .map(|r| Unit {
-                model: r.model,
-                pose: r.site_from_block,
-                source: Source::Recognised(r),
+            .map(|(r, fit)| Unit {
+                model: fit.model,
+                pose: fit.site_from_block,
+                source: Source::Recognised(r, fit),
             })
             .chain(added.map(|p| Unit { model: p.model, pose: p.rest, source: Source::Planned(p) }))
     }

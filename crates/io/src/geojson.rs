@@ -36,10 +36,10 @@ fn feature(drawing: &Drawing, unit: &Unit) -> Value {
         "x_m": centre.x, "y_m": centre.y, "z_m": centre.z,
     });
     match unit.source {
-        Source::Recognised(r) => {
-            properties["confidence"] = json!(r.confidence);
-            properties["fitness_m"] = json!(r.fitness_m);
-            properties["occlusion"] = json!(r.occlusion);
+        Source::Recognised(_, fit) => {
+            properties["confidence"] = json!(fit.confidence);
+            properties["fitness_m"] = json!(fit.fitness_m);
+            properties["occlusion"] = json!(fit.occlusion);
         }
         Source::Planned(p) => {
             properties["order"] = json!(p.order);

@@ -78,8 +78,8 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
             *e = [e[0].min(p[0]), e[1].min(p[1]), e[2].max(p[0]), e[3].max(p[1])];
         }
         match unit {
-            Unit { source: Source::Recognised(r), .. } => {
-                let runner_up = r.runner_up.map(|(m, _)| drawing.catalog.get(m).name.clone());
+            Unit { source: Source::Recognised(r, fit), .. } => {
+                let runner_up = fit.runner_up.map(|(m, _)| drawing.catalog.get(m).name.clone());
                 db.execute(
                     "INSERT INTO blocks VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
                     params![
@@ -89,12 +89,12 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
                         centre.x,
                         centre.y,
                         centre.z,
-                        r.occlusion,
-                        r.confidence,
-                        r.fitness_m,
+                        fit.occlusion,
+                        fit.confidence,
+                        fit.fitness_m,
                         runner_up,
-                        r.runner_up.map(|(_, f)| f),
-                        r.type_judged
+                        fit.runner_up.map(|(_, f)| f),
+                        fit.type_judged
                     ],
                 )?;
             }

@@ -167,11 +167,14 @@ fn element(
         unit.layer()
     );
     let properties = match unit.source {
-        Source::Recognised(r) => vec![
-            property(s, "Confidence", "IFCREAL", &real(shortest(r.confidence))),
-            property(s, "Occlusion", "IFCREAL", &real(shortest(r.occlusion))),
-            property(s, "FittingError", "IFCLENGTHMEASURE", &real(shortest(r.fitness_m))),
-        ],
+        Source::Recognised(_, fit) => [
+            ("Confidence", "IFCREAL", fit.confidence),
+            ("Occlusion", "IFCREAL", fit.occlusion),
+            ("FittingError", "IFCLENGTHMEASURE", fit.fitness_m),
+        ]
+        .into_iter()
+        .filter_map(|(name, kind, value)| Some(property(s, name, kind, &real(shortest(value?)))))
+        .collect(),
         Source::Planned(p) => vec![
             property(s, "PlacingOrder", "IFCINTEGER", &p.order.to_string()),
             property(s, "Round", "IFCINTEGER", &p.round.to_string()),

@@ -258,7 +258,10 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
             empty = false;
             if item.file_type().map_err(fail)?.is_dir() {
                 open.push(name);
-            } else if ![FILE, APART, LOCK].map(Path::new).contains(&name.as_path()) {
+            } else if ![FILE, APART, LOCK, crate::signature::FILE]
+                .map(Path::new)
+                .contains(&name.as_path())
+            {
                 found.push(name);
             }
         }

@@ -6,9 +6,8 @@
 
 use crate::network::Output;
 use geom::{Quat, Vec3};
-use net::burn::tensor::activation::log_softmax;
-use net::burn::tensor::{Device, Tensor, TensorData};
 use net::floats;
+use net::prelude::{Device, Tensor, TensorData, log_softmax};
 use scene::SymmetryGroup;
 
 /// Share of the lesson that all modes get.

@@ -6,7 +6,7 @@
 //! stands on, so the undersides of the accepted blocks are an upper bound. Cells without evidence are interpolated.
 
 use geom::{Event, HeightMap, MeshQuery, Observer, PointCloud, Pose, Vec2, Vec3, Warning};
-use scene::{Catalog, Ground, Judgement, ModelId, Recognised};
+use scene::{Catalog, Ground, ModelId, Recognised};
 use serde::{Deserialize, Serialize};
 
 /// Settings; lengths are in units of the largest block's box edge.
@@ -96,17 +96,14 @@ pub(crate) struct Accepted<'a> {
 impl<'a> Accepted<'a> {
     /// Those of a recognition that are judged and of the catalogue.
     pub fn of(recognised: &'a [Recognised], catalog: &'a Catalog) -> Self {
-        let blocks = Self::judged(recognised).filter(|r| (r.model.0 as usize) < catalog.len());
-        Self { recognised, catalog, blocks: blocks.map(|r| (r.model, r.site_from_block)).collect() }
+        let stated = scene::stated(recognised).map(|(_, fit)| (fit.model, fit.site_from_block));
+        let blocks = stated.filter(|(model, _)| (model.0 as usize) < catalog.len()).collect();
+        Self { recognised, catalog, blocks }
     }
 
     /// Survey points they claim.
     pub fn points(&self) -> impl Iterator<Item = u32> + 'a {
-        Self::judged(self.recognised).flat_map(|r| &r.points).copied()
-    }
-
-    fn judged(recognised: &'a [Recognised]) -> impl Iterator<Item = &'a Recognised> {
-        recognised.iter().filter(|r| r.judgement == Judgement::Accepted)
+        scene::stated(self.recognised).flat_map(|(block, _)| &block.points).copied()
     }
 }
 

@@ -41,7 +41,7 @@ pub use generate_and_test::{GenerateConfig, GoodDrop, WindowSample, generate_and
 pub use ground::{GroundConfig, estimate_ground};
 pub use network_pose::{Proposal, Proposer};
 pub use obstacles::with_obstacles;
-pub use site::{PlanInput, block_to_place};
+pub use site::{PlanInput, block_to_place, check_extent};
 pub use surfaces::{
     CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces,
 };

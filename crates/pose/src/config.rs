@@ -71,6 +71,21 @@ impl Default for PoseConfig {
     }
 }
 
+impl PoseConfig {
+    /// The thesis' chain (METHOD §4): point pair features on every segment, ICP from point to point, the type of least
+    /// fitness; nothing is verified, searched again or levelled.
+    pub fn thesis() -> Self {
+        Self {
+            method: Method::Ppf,
+            levelling: false,
+            verification: false,
+            re_search: false,
+            ppf: PpfConfig { icp: IcpError::PointToPoint, ..PpfConfig::default() },
+            ..Self::default()
+        }
+    }
+}
+
 /// The search over rotations and its refinement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -12,7 +12,7 @@ use crate::measured::Measured;
 use crate::template::Template;
 use geom::Vec3;
 use rayon::prelude::*;
-use scene::Survey;
+use scene::{PoseLimits, Survey};
 
 /// A pose this far from the stated one, over a true positive's limits, is another pose and not the same one unrefined.
 const ANOTHER: f32 = 1.5;
@@ -84,6 +84,7 @@ impl<'a> Context<'a> {
                 count += 1;
             }
         }
+        let right = PoseLimits::right(template.model);
         let sd = |k: std::ops::Range<usize>| {
             covariance
                 .map_or(f32::INFINITY, |c| k.map(|i| c[i * 7].max(0.0).sqrt()).fold(0.0, f32::max))
@@ -95,8 +96,8 @@ impl<'a> Context<'a> {
             agreement: case.agreement,
             against: case.against_m2 / area_m2.max(1e-6),
             shared: self.shared(block),
-            shift_sd: sd(0..3) / (0.1 * template.model.d_box_m),
-            turn_sd: sd(3..6) / 5.0_f32.to_radians(),
+            shift_sd: sd(0..3) / right.displacement_m,
+            turn_sd: sd(3..6) / right.rotation_rad,
             rough: (distance_m / self.typical_m).powf(count as f32 / (count as f32 + FEW)),
             rival: self.rival(block, &case, &own),
             type_margin: block.type_margin,
@@ -145,8 +146,8 @@ impl<'a> Context<'a> {
     /// Near 1 where the points do not tell one from the other: a cube of which one face and no edge is seen.
     fn rival(&self, block: &Accepted, case: &Evidence, own: &[u32]) -> f32 {
         let template = &self.templates[block.template];
-        let (shift_m, turn_rad) =
-            (ANOTHER * 0.1 * template.model.d_box_m, ANOTHER * 5.0_f32.to_radians());
+        let right = PoseLimits::right(template.model);
+        let (shift_m, turn_rad) = (ANOTHER * right.displacement_m, ANOTHER * right.rotation_rad);
         let worth = |e: &Evidence| {
             let explained: f32 =
                 e.explained.iter().filter(|x| own.binary_search(&x.0).is_ok()).map(|x| x.1).sum();

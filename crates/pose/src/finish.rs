@@ -12,7 +12,7 @@ use crate::types::decide;
 use crate::{EvidenceConfig, Method, PoseConfig};
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
-use scene::{InstanceId, Judgement, Recognised, SensorKind, Survey};
+use scene::{Covariance, Fit, Guess, InstanceId, Recognised, SensorKind, Survey, Verdict};
 
 /// An accepted block on its way to the statement.
 pub struct Accepted {
@@ -156,20 +156,18 @@ pub fn statement(
         covariance.as_ref(),
         config,
     );
-    let statement = Recognised {
-        block: InstanceId(0),
+    let fit = Fit {
         model: template.id,
         site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
         type_judged: false,
-        judgement: Judgement::NotJudged,
-        confidence: 0.0,
-        fitness_m: distance(template, &block.at),
+        confidence: None,
+        fitness_m: Some(distance(template, &block.at)),
         runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
-        occlusion: 1.0 - visible_share(template, &block.at, measured),
-        points,
-        covariance: covariance.unwrap_or([0.0; 36]),
+        occlusion: Some(1.0 - visible_share(template, &block.at, measured)),
+        covariance: covariance.map(Covariance::new),
     };
-    (statement, features)
+    let verdict = Verdict::NotJudged(Guess::Fit(fit));
+    (Recognised { block: InstanceId(0), points, verdict }, features)
 }
 
 /// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
@@ -177,18 +175,21 @@ pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &Evidenc
     let features: Vec<Features> = statements.iter().filter_map(|s| s.1).collect();
     let pile = PilePrior::of(&features);
     for (block, features) in statements {
-        let Some(features) = features else { continue };
+        let (Some(features), Some(mut fit)) = (features, block.fit().cloned()) else { continue };
         let type_confidence = type_confidence(features);
-        block.type_judged = type_confidence >= config.min_type_confidence;
+        fit.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.
-        block.confidence =
-            pile.confidence(features) * if block.type_judged { type_confidence } else { 1.0 };
+        let confidence =
+            pile.confidence(features) * if fit.type_judged { type_confidence } else { 1.0 };
+        fit.confidence = Some(confidence);
         let held = features.shift_sd.is_finite()
             && !features.in_a_plane
             && block.points.len() >= crate::search::FEWEST_POINTS;
-        if held && block.confidence >= config.min_confidence {
-            block.judgement = Judgement::Accepted;
-        }
+        block.verdict = if held && confidence >= config.min_confidence {
+            Verdict::Stated(fit)
+        } else {
+            Verdict::NotJudged(Guess::Fit(fit))
+        };
     }
 }
 

@@ -1,4 +1,4 @@
-//! From segments and centre hypotheses to accepted blocks with pose and type (METHOD §4, FINDINGS).
+//! From segments and centre hypotheses to accepted blocks with pose and type (METHOD §4).
 //!
 //! [`recognise`] is the stage. The default searches rotations on the model's distance field and lets all hypotheses
 //! compete for the points; the thesis' point pair features are there for comparison and as a second source.

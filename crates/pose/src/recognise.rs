@@ -15,7 +15,7 @@ use crate::template::{Template, templates};
 use crate::{Method, Places, PoseConfig, PoseError, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
-use scene::{Catalog, InstanceId, Judgement, Recognised, Segmentation, Survey};
+use scene::{Catalog, Fit, Guess, InstanceId, Recognised, Segmentation, Survey, Verdict};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const STAGE: &str = "pose";
@@ -333,24 +333,17 @@ impl Stage<'_> {
         best: Option<&Candidate>,
         points: Vec<u32>,
     ) -> Recognised {
-        let template = &self.templates[best.map_or(0, |c| c.template)];
-        let at = best.map_or(
-            crate::fit::CentredPose { rotation: geom::Quat::IDENTITY, centre: task.centre },
-            |c| c.at,
-        );
-        Recognised {
-            block: InstanceId(0),
-            model: template.id,
-            site_from_block: template.model.symmetry.canonical(&at.pose(template.model.centre)),
-            judgement: Judgement::NotJudged,
-            type_judged: self.templates.len() == 1,
-            confidence: 0.0,
-            fitness_m: thesis::fitness_m(&task.points, template, &at, self.measured),
-            runner_up: None,
-            occlusion: 1.0,
-            points,
-            covariance: [0.0; 36],
-        }
+        let guess = best.map_or(Guess::Place(task.centre), |best| {
+            let (template, at) = (&self.templates[best.template], best.at);
+            let (model, pose) = (template.model, at.pose(template.model.centre));
+            let fitness_m = thesis::fitness_m(&task.points, template, &at, self.measured);
+            Guess::Fit(Fit {
+                type_judged: self.templates.len() == 1,
+                fitness_m: Some(fitness_m),
+                ..Fit::of_pose(template.id, model.symmetry.canonical(&pose))
+            })
+        });
+        Recognised { block: InstanceId(0), points, verdict: Verdict::NotJudged(guess) }
     }
 }
 

@@ -5,7 +5,7 @@ use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
 use pose::{Method, Places, PoseConfig, PoseError, recognise};
 use proptest::prelude::*;
 use scene::{
-    BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Judgement, Recognised, Segmentation,
+    BlockSpec, Catalog, CatalogSpec, CentreHypothesis, PosedModel, Recognised, Segmentation,
     SensorKind, Shape, Survey,
 };
 use synth::{Recipe, SynthScene};
@@ -150,9 +150,7 @@ fn sizes_six_per_cent_apart_are_told_apart() {
     // One whose size is not in its points may be left open; none may be wrong.
     assert_eq!(score.types_right + score.types_open, score.counts.true_positives, "{score:?}");
     assert!(score.types_open <= 2, "{score:?}");
-    assert!(
-        found.iter().filter(|r| r.judgement == Judgement::Accepted).all(|r| r.runner_up.is_some())
-    );
+    assert!(scene::stated(&found).all(|(_, fit)| fit.runner_up.is_some()));
 }
 
 /// Of a mixed pile of which the catalogue knew one type, the blocks of the others were once stated as that type.
@@ -173,10 +171,7 @@ fn blocks_of_no_catalogue_are_not_stated() {
     assert!(truths.len() >= 2 && truths.len() + 2 <= made.scene.blocks.len(), "a pile of both");
     let score = score_poses(&found, &truths, &known, &PoseCriteria::default());
     assert_eq!((score.counts.false_positives, score.counts.false_negatives), (0, 0), "{score:?}");
-    assert!(
-        found.iter().any(|r| r.judgement == Judgement::NotJudged),
-        "foreign blocks are reported, not passed over"
-    );
+    assert!(found.iter().any(|r| !r.is_stated()), "foreign blocks are reported, not passed over");
 }
 
 #[test]
@@ -209,10 +204,11 @@ fn the_same_at_any_number_of_threads_and_canonical() {
     assert_eq!(found, with(3));
     for (n, block) in found.iter().enumerate() {
         assert_eq!(block.block.0 as usize, n + 1);
-        let group = &catalog.get(block.model).symmetry;
-        let again = group.canonical(&block.site_from_block);
-        assert!(again.rotation.angle_between(block.site_from_block.rotation) < 1e-3);
-        assert!((again.translation - block.site_from_block.translation).length() < 1e-4);
+        let fit = block.fit().unwrap();
+        let group = &catalog.get(fit.model).symmetry;
+        let again = group.canonical(&fit.site_from_block);
+        assert!(again.rotation.angle_between(fit.site_from_block.rotation) < 1e-3);
+        assert!((again.translation - fit.site_from_block.translation).length() < 1e-4);
         assert!(block.points.is_sorted());
     }
 }
@@ -289,8 +285,9 @@ proptest! {
         let (survey, segmentation) = one_segment((0..n).map(at).collect(), Vec3::NEG_Z * 0.3);
         match recognise(&survey, &segmentation, &catalog, &PoseConfig::default(), SeedTree::new(seed), &Silent) {
             Ok(found) => for block in found {
-                prop_assert!(block.judgement == Judgement::NotJudged, "{:?}", block);
-                prop_assert!(block.site_from_block.rotation.is_finite() && block.confidence.is_finite());
+                prop_assert!(!block.is_stated(), "{:?}", block);
+                let whole = |f: &scene::Fit| f.site_from_block.rotation.is_finite() && f.confidence.is_none_or(f32::is_finite);
+                prop_assert!(block.fit().is_none_or(whole));
             },
             Err(PoseError::WrongScale { .. }) => prop_assert!(kind >= 1),
             Err(e) => prop_assert!(false, "{e}"),
@@ -319,7 +316,7 @@ proptest! {
         let config = PoseConfig::default();
         let found = recognise(&survey, &segmentation, &catalog, &config, SeedTree::new(2), &Silent).unwrap();
         prop_assert!(!found.is_empty());
-        let error = metrics::pose_error(model, &found[0].site_from_block, model, &truth);
-        prop_assert!(error.displacement_m < 0.1 && error.rotation_rad < 0.1, "{:?} {:?}", error, found[0].judgement);
+        let error = found[0].fit().unwrap().posed(&catalog).error(&PosedModel::new(model, truth));
+        prop_assert!(error.displacement_m < 0.1 && error.rotation_rad < 0.1, "{:?} {:?}", error, found[0].verdict);
     }
 }

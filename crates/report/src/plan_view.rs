@@ -6,7 +6,6 @@ use crate::text::{Text, escape, t};
 use crate::{Camera, MapLayer, ReportError, ReportInput, StillMesh, still};
 use base64::Engine;
 use geom::{Bounds, Vec3};
-use scene::Judgement;
 use std::fmt::Write;
 
 /// The map and the heat maps beside it.
@@ -26,7 +25,8 @@ pub(crate) fn plan_view(input: &ReportInput) -> Result<String, ReportError> {
 
 /// Blocks, placements and outlines, with a margin.
 fn extent(input: &ReportInput) -> Bounds {
-    let found = input.recognised.iter().map(|r| (r.model, r.site_from_block));
+    let found =
+        input.recognised.iter().filter_map(|r| r.fit()).map(|f| (f.model, f.site_from_block));
     let added = input.plan.iter().flat_map(|p| &p.placements).map(|p| (p.model, p.rest));
     let blocks = found.chain(added).flat_map(|(model, pose)| {
         let m = input.catalog.get(model);
@@ -66,15 +66,15 @@ fn axes(input: &ReportInput, chart: &Chart) -> String {
 fn block_map(input: &ReportInput, bounds: &Bounds) -> Result<String, ReportError> {
     let chart = chart(input, bounds, 860.0);
     let (w, h) = (chart.width - chart.left - chart.right, chart.height - chart.top - chart.bottom);
-    let colour = |r: &scene::Recognised| {
-        if r.judgement == Judgement::Accepted { soft(of_type(r.model.0)) } else { NOT_JUDGED }
-    };
+    let colour =
+        |r: &scene::Recognised| r.stated().map_or(NOT_JUDGED, |fit| soft(of_type(fit.model.0)));
     let mut meshes: Vec<StillMesh> = input
         .recognised
         .iter()
-        .map(|r| StillMesh {
-            mesh: &input.catalog.get(r.model).mesh,
-            pose: r.site_from_block,
+        .filter_map(|r| Some((r, r.fit()?)))
+        .map(|(r, fit)| StillMesh {
+            mesh: &input.catalog.get(fit.model).mesh,
+            pose: fit.site_from_block,
             colour: colour(r),
         })
         .collect();
@@ -105,7 +105,7 @@ fn block_map(input: &ReportInput, bounds: &Bounds) -> Result<String, ReportError
 
     let mut legend = String::from("<p class=\"legend\">");
     for (id, m) in input.catalog.iter() {
-        if input.recognised.iter().any(|r| r.model == id && r.judgement == Judgement::Accepted) {
+        if scene::stated(input.recognised).any(|(_, fit)| fit.model == id) {
             let _ = write!(
                 legend,
                 "<span><i style=\"background:{}\"></i>{} {}</span>",
@@ -115,7 +115,7 @@ fn block_map(input: &ReportInput, bounds: &Bounds) -> Result<String, ReportError
             );
         }
     }
-    if input.recognised.iter().any(|r| r.judgement != Judgement::Accepted) {
+    if input.recognised.iter().any(|r| !r.is_stated()) {
         let _ = write!(
             legend,
             "<span><i style=\"background:{}\"></i>{}</span>",

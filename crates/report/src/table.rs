@@ -2,8 +2,8 @@
 
 use crate::ReportInput;
 use crate::text::{Text, escape, t};
-use geom::Pose;
-use scene::{Judgement, ModelId, Placement, PlacementState};
+use geom::{Pose, Vec3};
+use scene::{Fit, ModelId, Placement, PlacementState};
 use std::fmt::Write;
 
 /// Blocks found.
@@ -26,30 +26,39 @@ pub(crate) fn found(input: &ReportInput) -> String {
     let mut html = open("found", &t("Blocks recognised", "認識したブロック"), &heads);
     let open_type = t("type not judged", "種類判定不能");
     for r in input.recognised {
-        let [x, y, z] = centre(input, r.model, &r.site_from_block);
-        let second = r.runner_up.map_or(String::new(), |(m, fit)| {
-            format!("{} ({:.0} mm)", name(input, m), fit * 1000.0)
-        });
-        let judged = match r.judgement {
-            Judgement::Accepted => t("accepted", "採用"),
-            Judgement::NotJudged => t("not judged", "判定不能"),
-        };
+        let [x, y, z] = site(input, r.centre(input.catalog));
+        let judged =
+            if r.is_stated() { t("accepted", "採用") } else { t("not judged", "判定不能") };
+        let id = r.block.0;
+        // A place that no type fits has nothing to show in the view.
+        let chosen =
+            r.fit().map_or(String::new(), |_| format!(" data-block=\"{id}\" tabindex=\"0\""));
+        let [kind, confidence, fitness, hidden, second] = r
+            .fit()
+            .map_or(std::array::from_fn(|_| "–".into()), |fit| stated(input, fit, &open_type));
         let _ = write!(
             html,
-            "<tr id=\"block-{id}\" data-block=\"{id}\" tabindex=\"0\"><td>{id}</td><td>{}</td><td>{x:.3}</td><td>{y:.3}</td><td>{z:.3}</td>\
-             <td>{:.2}</td><td>{:.0}</td><td>{:.0}</td><td>{second}</td><td>{judged}</td></tr>",
-            if r.type_judged {
-                name(input, r.model)
-            } else {
-                format!("{} ({})", name(input, r.model), open_type)
-            },
-            r.confidence,
-            r.fitness_m * 1000.0,
-            r.occlusion * 100.0,
-            id = r.block.0,
+            "<tr id=\"block-{id}\"{chosen}><td>{id}</td><td>{kind}</td><td>{x:.3}</td><td>{y:.3}</td><td>{z:.3}</td>\
+             <td>{confidence}</td><td>{fitness}</td><td>{hidden}</td><td>{second}</td><td>{judged}</td></tr>",
         );
     }
     html + "</tbody></table></div></section>"
+}
+
+/// Type, confidence, fit, hidden share and second type of a block, as the table has them.
+fn stated(input: &ReportInput, fit: &Fit, open_type: &str) -> [String; 5] {
+    let number = |v: Option<f32>, digits: usize, scale: f32| {
+        v.map_or("–".to_string(), |v| format!("{:.digits$}", v * scale))
+    };
+    let kind = name(input, fit.model);
+    let second = |(m, fit): (ModelId, f32)| format!("{} ({:.0} mm)", name(input, m), fit * 1000.0);
+    [
+        if fit.type_judged { kind } else { format!("{kind} ({open_type})") },
+        number(fit.confidence, 2, 1.0),
+        number(fit.fitness_m, 0, 1000.0),
+        number(fit.occlusion, 0, 100.0),
+        fit.runner_up.map_or(String::new(), second),
+    ]
 }
 
 /// Blocks to place, and those tried and removed.
@@ -108,11 +117,7 @@ pub(crate) fn types(input: &ReportInput) -> String {
     ];
     let mut html = open("types", &t("Block types", "ブロックの種類"), &heads);
     for (id, m) in input.catalog.iter() {
-        let found = input
-            .recognised
-            .iter()
-            .filter(|r| r.model == id && r.judgement == Judgement::Accepted)
-            .count();
+        let found = scene::stated(input.recognised).filter(|(_, fit)| fit.model == id).count();
         let added = input.plan.map_or(0, |p| p.placements.iter().filter(|p| p.model == id).count());
         let round =
             if m.symmetry.axis().is_some() { "∞".into() } else { m.symmetry.order().to_string() };
@@ -152,11 +157,11 @@ fn open(id: &str, title: &str, heads: &[(&str, &str, &str)]) -> String {
 }
 
 fn centre(input: &ReportInput, model: ModelId, pose: &Pose) -> [f64; 3] {
-    input
-        .survey
-        .frame
-        .site_from_local(pose.transform_point(input.catalog.get(model).centre))
-        .to_array()
+    site(input, pose.transform_point(input.catalog.get(model).centre))
+}
+
+fn site(input: &ReportInput, place: Vec3) -> [f64; 3] {
+    input.survey.frame.site_from_local(place).to_array()
 }
 
 fn name(input: &ReportInput, model: ModelId) -> String {

@@ -6,7 +6,7 @@
 use crate::blob::{Blob, Span};
 use crate::{ReportError, ReportInput};
 use geom::{Pose, Vec3};
-use scene::{Judgement, ModelId, Review};
+use scene::{Fit, ModelId, Recognised, Review};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -49,9 +49,9 @@ struct Found {
     id: u32,
     model: u16,
     pose: [f32; 7],
-    confidence: f32,
-    fitness_m: f32,
-    occlusion: f32,
+    confidence: Option<f32>,
+    fitness_m: Option<f32>,
+    occlusion: Option<f32>,
     judged: bool,
 }
 
@@ -72,6 +72,11 @@ struct Line {
 /// Blocks nobody placed are shown out of the found ones; distances beyond this are one colour.
 const REACH_M: f32 = 2.0;
 
+/// Blocks the view shows: all that have a pose, stated or not.
+fn shown<'a>(input: &ReportInput<'a>) -> impl Iterator<Item = (&'a Recognised, &'a Fit)> {
+    input.recognised.iter().filter_map(|r| Some((r, r.fit()?)))
+}
+
 /// JSON and packed columns.
 pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportError> {
     let mut blob = Blob::default();
@@ -84,14 +89,14 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
         radius: m.d_max_m,
     });
     let models = models.collect();
-    let found = input.recognised.iter().map(|r| Found {
+    let found = shown(input).map(|(r, fit)| Found {
         id: r.block.0,
-        model: r.model.0,
-        pose: numbers(&r.site_from_block),
-        confidence: r.confidence,
-        fitness_m: r.fitness_m,
-        occlusion: r.occlusion,
-        judged: r.judgement == Judgement::Accepted,
+        model: fit.model.0,
+        pose: numbers(&fit.site_from_block),
+        confidence: fit.confidence,
+        fitness_m: fit.fitness_m,
+        occlusion: fit.occlusion,
+        judged: r.is_stated(),
     });
     let added = input.plan.iter().flat_map(|p| &p.placements).map(|p| Added {
         order: p.order,
@@ -141,8 +146,9 @@ pub(crate) fn check(input: &ReportInput) -> Result<(), ReportError> {
         if ok { Ok(()) } else { Err(ReportError::NotFinite { what, number }) }
     };
     for (i, r) in input.recognised.iter().enumerate() {
-        known(r.model)?;
-        finite("block", i, &r.site_from_block)?;
+        let Some(fit) = r.fit() else { continue };
+        known(fit.model)?;
+        finite("block", i, &fit.site_from_block)?;
     }
     let placements = input.plan.iter().flat_map(|p| p.placements.iter().chain(&p.removed));
     for (i, p) in placements.enumerate() {
@@ -169,7 +175,7 @@ fn points(input: &ReportInput, blob: &mut Blob) -> Result<Points, ReportError> {
         (bounds.min, bounds.size().max(Vec3::splat(1e-6)))
     };
     let mut instance = vec![0_u32; cloud.len()];
-    for (number, r) in input.recognised.iter().enumerate() {
+    for (number, (r, _)) in shown(input).enumerate() {
         for &i in &r.points {
             if let Some(slot) = instance.get_mut(i as usize) {
                 *slot = number as u32 + 1;

@@ -38,18 +38,20 @@ fn fixture() -> Fixture {
                 .iter()
                 .map(|(p, _)| pose.transform_point(*p)),
         );
+        let fit = Fit {
+            confidence: Some(0.9),
+            fitness_m: Some(0.012),
+            runner_up: Some((ModelId(1), 0.05)),
+            occlusion: Some(0.25),
+            ..Fit::of_pose(model, pose)
+        };
         recognised.push(Recognised {
             block: InstanceId(k + 1),
-            model,
-            site_from_block: pose,
-            judgement: if k == 5 { Judgement::NotJudged } else { Judgement::Accepted },
-            type_judged: true,
-            confidence: 0.9,
-            fitness_m: 0.012,
-            runner_up: Some((ModelId(1), 0.05)),
-            occlusion: 0.25,
             points: (start..positions.len() as u32).collect(),
-            covariance: [0.0; 36],
+            verdict: match k {
+                5 => Verdict::NotJudged(Guess::Fit(fit)),
+                _ => Verdict::Stated(fit),
+            },
         });
     }
     let at = |x: f32| Pose::from_parts(Vec3::new(x, 0.0, 3.0), Quat::IDENTITY);
@@ -249,7 +251,7 @@ fn points_and_blocks_come_back_as_they_went_in() {
     let start = vertices[0].as_u64().unwrap() as usize;
     let x = f32::from_le_bytes(bytes[start..start + 4].try_into().unwrap());
     assert_eq!(x, f.catalog.get(ModelId(0)).mesh.vertices[0].x);
-    let t = f.recognised[3].site_from_block.translation;
+    let t = f.recognised[3].fit().unwrap().site_from_block.translation;
     assert_eq!(data["found"][3]["pose"][4].as_f64().unwrap() as f32, t.x);
     assert_eq!(data["added"].as_array().unwrap().len(), 2);
 }
@@ -301,12 +303,15 @@ fn what_does_not_fit_is_named() {
         "report: `point_distance_m` has 2399 values for 2400 points"
     );
     let mut strange = f.recognised.clone();
-    strange[1].model = ModelId(7);
+    let with = |model, y| {
+        let pose = Pose::from_parts(Vec3::new(0.0, y, 0.0), Quat::IDENTITY);
+        Verdict::Stated(Fit::of_pose(ModelId(model), pose))
+    };
+    strange[1].verdict = with(7, 0.0);
     let mut unknown = input(&f);
     unknown.recognised = &strange;
     assert!(html(&unknown).unwrap_err().to_string().contains("block type 7"));
-    strange[1].model = ModelId(0);
-    strange[1].site_from_block.translation.y = f32::NAN;
+    strange[1].verdict = with(0, f32::NAN);
     let mut nowhere = input(&f);
     nowhere.recognised = &strange;
     assert!(html(&nowhere).unwrap_err().to_string().contains("block 1 has a coordinate"));

@@ -22,7 +22,8 @@ pub struct ReviewedBlock {
     /// Number in the run that was reviewed.
     pub block_id: u32,
     /// The decision.
-    pub verdict: Verdict,
+    #[serde(rename = "verdict")]
+    pub decision: Decision,
     /// Type, as corrected.
     pub model: String,
     /// Pose as in `blocks.csv`: mesh file (metres) to site coordinates, as corrected.
@@ -39,12 +40,12 @@ pub struct ReviewedBlock {
     pub qy: f64,
     /// Rotation.
     pub qz: f64,
-    /// Fit in the reviewed run, metres.
+    /// Fit in the reviewed run, metres, where it had one.
     #[serde(default)]
-    pub fitness_m: f32,
-    /// Occlusion in the reviewed run.
+    pub fitness_m: Option<f32>,
+    /// Occlusion in the reviewed run, where it had one.
     #[serde(default)]
-    pub occlusion: f32,
+    pub occlusion: Option<f32>,
     /// Why, in the reviewer's words.
     #[serde(default)]
     pub note: String,
@@ -53,7 +54,7 @@ pub struct ReviewedBlock {
 /// What was decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum Decision {
     /// The block is there as stated.
     Accepted,
     /// There is no such block.

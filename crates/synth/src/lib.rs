@@ -4,6 +4,7 @@
 //! [`scene`] makes one scene without touching a disk: training streams from it, `tsumu synth` writes it to files.
 
 mod bed;
+mod bin;
 mod camera;
 mod error;
 mod pile;
@@ -14,8 +15,10 @@ mod scene;
 pub mod sensor;
 mod swath;
 mod targets;
+pub mod then;
 
 pub use crate::scene::{SynthScene, scene};
+pub use bin::Bin;
 pub use error::SynthError;
 pub use preview::preview_png;
 pub use recipe::{Bed, Drop, Recipe, Share, Site, Visibility};

@@ -146,7 +146,7 @@ fn draw(mix: &[(ModelId, f32)], rng: &mut impl Rng) -> ModelId {
 }
 
 /// Uniform over all orientations: a normalised four-dimensional Gaussian.
-fn random_rotation(rng: &mut impl Rng) -> Quat {
+pub(crate) fn random_rotation(rng: &mut impl Rng) -> Quat {
     loop {
         let q: [f32; 4] = std::array::from_fn(|_| StandardNormal.sample(rng));
         let length2: f32 = q.iter().map(|v| v * v).sum();

@@ -4,6 +4,7 @@
 //! parameters and their sources stand with the sensor.
 
 use crate::SynthError;
+use crate::bin::Bin;
 use crate::sensor::Sensor;
 use scene::{Catalog, CatalogSpec, ModelId};
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,9 @@ pub struct Recipe {
     /// What they fall on.
     #[serde(default)]
     pub bed: Bed,
+    /// The bin around them, where it is measured.
+    #[serde(default)]
+    pub bin: Bin,
     /// How they fall.
     #[serde(default)]
     pub drop: Drop,
@@ -46,6 +50,9 @@ pub struct Recipe {
     /// Piles dropped before giving up.
     #[serde(default = "twenty")]
     pub most_attempts: u32,
+    /// What a training on these scenes should differ in; read by the training, unknown here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub train: Option<toml::Table>,
     /// Blocks, as in `catalog.toml`; a recipe used with another catalogue leaves this out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catalog: Option<CatalogSpec>,
@@ -255,6 +262,7 @@ impl Recipe {
                 if matches!(self.sensor, Sensor::Mbes(_)) { "mbes" } else { "depth-camera" };
             return Err(SynthError::NothingToRemove { sensor });
         }
+        self.bin.check()?;
         self.physics.check()?;
         self.sensor.check()
     }

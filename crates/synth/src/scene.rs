@@ -1,12 +1,12 @@
 //! One scene: bed, pile, survey, in that order (METHOD §1).
 
 use crate::SynthError;
-use crate::bed::bed;
+use crate::bed::{bed, bed_mesh};
 use crate::pile::drop_pile;
 use crate::recipe::{Recipe, Resolved, Site};
 use crate::sensor::Scan;
 use crate::targets::Targets;
-use geom::{PointCloud, SeedTree, Vec3};
+use geom::{PointCloud, SeedTree, TriMesh, Vec3};
 use scene::{Catalog, Scene, SiteFrame, Survey};
 
 /// A pile, its survey and what nobody knows of a real one.
@@ -53,12 +53,14 @@ pub fn scene(recipe: &Recipe, catalog: &Catalog, seed: SeedTree) -> Result<Synth
 
 fn ground(recipe: &Recipe, resolved: &Resolved, seed: SeedTree) -> scene::Ground {
     match recipe.site {
+        // A measured bin has a flat floor.
+        _ if recipe.bin.measured => scene::Ground::Level { z_m: 0.0 },
         Site::Bin { .. } => scene::Ground::Level { z_m: 0.0 },
         Site::Pen { .. } | Site::Strip { .. } => bed(&recipe.bed, resolved, seed),
     }
 }
 
-fn measure(
+pub(crate) fn measure(
     recipe: &Recipe,
     resolved: &Resolved,
     catalog: &Catalog,
@@ -67,7 +69,14 @@ fn measure(
     seed: SeedTree,
 ) -> Result<SynthScene, SynthError> {
     let with_bed = recipe.bed.measured && !matches!(recipe.site, Site::Bin { .. });
-    let targets = Targets::new(&scene, catalog, with_bed.then_some(resolved.size_m));
+    let around = if recipe.bin.measured {
+        recipe.bin.mesh(resolved)
+    } else if with_bed {
+        bed_mesh(&scene.ground, resolved.size_m)
+    } else {
+        TriMesh::default()
+    };
+    let targets = Targets::new(&scene, catalog, around);
     let scan = recipe.sensor.scan(&targets, resolved, recipe.visibility, seed)?;
     let Scan { points, line, occlusion, positions } = in_scan_order(scan, resolved);
     let (position_m, instance) = points.into_iter().unzip();

@@ -129,7 +129,7 @@ function connect(viewer) {
     } else if (state.chosen) {
       const b = viewer.block(state.chosen), name = data.models[b.model].name;
       text = b.kind === "found"
-        ? `${words("block", "ブロック")} ${b.id} · ${name} · ${words("confidence", "信頼度")} ${b.confidence.toFixed(2)}${b.judged ? "" : " · " + words("not judged", "判定不能")}`
+        ? `${words("block", "ブロック")} ${b.id} · ${name} · ${words("confidence", "信頼度")} ${b.confidence === null ? "–" : b.confidence.toFixed(2)}${b.judged ? "" : " · " + words("not judged", "判定不能")}`
         : `${words("place", "据付")} ${b.order} · ${name} · ${words("round", "回")} ${b.round}`;
       text += `\n${site(viewer.centre(b))}`;
     }

@@ -49,7 +49,7 @@ class Viewer {
   colour(b, kind) {
     const mode = this.state.blockMode;
     let c;
-    if (mode === "confidence") c = kind === "found" ? mix(RAMP, b.confidence) : [225, 225, 225];
+    if (mode === "confidence") c = kind === "found" && b.confidence !== null ? mix(RAMP, b.confidence) : [225, 225, 225];
     else if (mode === "round") c = kind === "found" ? [178, 184, 190] : mix(RAMP, this.data.rounds > 1 ? (b.round - 1) / (this.data.rounds - 1) : 1);
     else if (kind === "added") c = ADDED;
     else c = b.judged ? TYPE_COLOURS[b.model % 6].map(v => v * 0.55 + 105) : NOT_JUDGED;

@@ -1,6 +1,6 @@
 //! Multibeam echo sounder: a boat passes several times; every ping is a fan of beams with a footprint.
 //!
-//! What the model holds, and where the defaults come from (SENSORS: a real R2Sonic 2026 file over a flat bed):
+//! What the model holds, and where the defaults come from (METHOD §1.1: a real R2Sonic 2026 file over a flat bed):
 //! - beams of 1.0° × 0.5°; nine sub-rays each, weighted by the beam pattern and by cos² of the incidence;
 //! - steep beams take the first strong return (30 % quantile of the weighted ranges), flat ones the range at the
 //!   beam's axis (phase detection), in between by chance;
@@ -13,6 +13,7 @@
 use super::views::{SAMPLES_PER_BLOCK, occlusion, thinned};
 use super::{Scan, within};
 use crate::SynthError;
+use crate::bed::bed_mesh;
 use crate::range_map::RangeMap;
 use crate::recipe::Resolved;
 use crate::swath::Swath;
@@ -199,7 +200,8 @@ impl Mbes {
         let quiet = Self { ghosts: 0.0, spikes: 0.0, ..*self };
         let width = 2.5 * depth_m * self.half_swath_deg.to_radians().tan();
         let bed = Scene { blocks: Vec::new(), ground: Ground::Level { z_m: 0.0 } };
-        let targets = Targets::new(&bed, &Catalog::default(), Some([depth_m, width]));
+        let targets =
+            Targets::new(&bed, &Catalog::default(), bed_mesh(&bed.ground, [depth_m, width]));
         let fan = (self.half_swath_deg + 2.0 * self.across_beam_deg).to_radians();
         let step_rad = self.across_beam_deg.to_radians() / RAYS_PER_BEAM;
         let start = Vec3::new(-0.4 * depth_m, 0.0, depth_m);
