@@ -3,36 +3,36 @@
 //! Lengths are metres, angles radians, everything f32 near a local origin. Nothing here knows what a
 //! block is, reads a file or looks at a clock.
 
-pub mod bounds;
-pub mod cloud;
-pub mod convex;
-pub mod height_map;
+mod bounds;
+mod cloud;
+mod convex;
+mod height_map;
 pub mod hidden_points;
 mod hull_corners;
-pub mod knn;
-pub mod mesh;
-pub mod mesh_query;
-pub mod normals;
-pub mod observer;
+mod knn;
+mod mesh;
+mod mesh_query;
+mod normals;
+mod observer;
 pub mod plane;
 pub mod point_grid;
 mod raster;
-pub mod sdf;
-pub mod seeds;
-pub mod union;
-pub mod voxel;
+mod sdf;
+mod seeds;
+mod union;
+mod voxel;
 
 pub use bounds::Bounds;
 pub use cloud::PointCloud;
-pub use convex::ConvexSolid;
+pub use convex::{ConvexSolid, HalfSpace, union_volume_m3};
 /// A rigid transform; `site_from_block * point` reads right to left.
 pub use glamx::Pose3 as Pose;
 pub use glamx::{DMat3, DQuat, DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
 pub use height_map::{CellRect, HeightMap};
 pub use knn::{KnnTable, knn};
-pub use mesh::{MeshError, TriMesh};
-pub use mesh_query::MeshQuery;
-pub use normals::normals;
+pub use mesh::{MeshError, SolidMoments, TriMesh};
+pub use mesh_query::{Hit, MeshQuery, Nearest};
+pub use normals::{normals, smallest_direction};
 pub use observer::{Event, Observer, Silent, Warning};
 pub use plane::{Plane, find_plane, find_walls};
 pub use point_grid::PointGrid;

@@ -1,7 +1,7 @@
 //! Files in and out, one format a file; whole or not at all.
 //!
 //! Readers check every count of a header against the size of the file before they allocate, name the file and
-//! the line or record in every error, and repair nothing. Writers put a file aside and rename it when it is whole.
+//! the line or record in every error, and repair nothing. Writers use a temporary name until the file is whole.
 
 pub mod atomic;
 pub mod blocks_csv;
@@ -16,7 +16,7 @@ pub mod geopackage;
 pub mod geotiff;
 pub mod glb;
 pub mod ifc;
-pub mod input;
+mod input;
 pub mod label_cloud;
 pub mod landxml;
 pub mod las;

@@ -188,7 +188,7 @@ impl Default for PlanConfig {
             wedge_limit: 0.2,
             shake_m_s: 0.1,
             shake_limit_m: None,
-            memory_gb: 2.0,
+            memory_gb: 3.0,
             drop_time_s: 10.0,
             frozen: true,
             random: RandomConfig::default(),

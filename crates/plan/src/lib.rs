@@ -46,7 +46,7 @@ pub use surfaces::{
     CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces,
 };
 pub use uncertainty::{
-    Case, Percentiles, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
+    Percentiles, PlanVariant, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
 };
 pub use volumes::{OfVolume, plans_over_volumes};
 

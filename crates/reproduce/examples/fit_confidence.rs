@@ -1,7 +1,7 @@
 //! Fits the width of the votes' kernel and the confidence of weights anew on scenes of the six sets: `fit_confidence MODEL OUT [SEED] [SCENES]`.
 
 use geom::{SeedTree, Silent};
-use segment::calibration::Evidence;
+use segment::calibration::CalibrationData;
 use segment::tile::LabelledScene;
 use segment::{SegmentModel, scales};
 
@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut model = SegmentModel::load(model.as_ref())?;
     let seed: u64 = args.get(3).map_or(Ok(700_001), |s| s.parse())?;
     let scenes: u64 = args.get(4).map_or(Ok(4), |s| s.parse())?;
-    let mut seen = Evidence::default();
+    let mut seen = CalibrationData::default();
     for set in reproduce::site_sets()? {
         // Sets of several sizes are seen at the largest; blocks of the others are not asked for.
         let unit_m = scales(&set.catalog)?[0];

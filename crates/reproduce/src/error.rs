@@ -23,6 +23,8 @@ pub enum ReproduceError {
     #[error(transparent)]
     Pipeline(#[from] pipeline::PipelineError),
     #[error(transparent)]
+    Monitor(#[from] monitor::MonitorError),
+    #[error(transparent)]
     Metrics(#[from] metrics::MetricsError),
     #[error("{file}: {source}")]
     File { file: String, source: std::io::Error },

@@ -6,6 +6,8 @@
 
 mod error;
 mod markdown;
+mod monitoring;
+mod monitoring_score;
 mod placement_ambiguity;
 mod placement_network;
 mod planning_log;
@@ -98,6 +100,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     placement_ambiguity::EXPERIMENT,
     planning_tables::EXPERIMENT,
     planning_policies::EXPERIMENT,
+    monitoring::EXPERIMENT,
 ];
 
 /// The experiment of that name.
