@@ -45,5 +45,5 @@ mod raw_cloud;
 
 pub use csv_table::SitePose;
 pub use error::{IoError, Place};
-pub use input::Input;
+pub use input::{Input, open_regular, read_bytes};
 pub use raw_cloud::RawCloud;

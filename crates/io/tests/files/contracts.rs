@@ -190,10 +190,10 @@ fn a_pipe_is_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("survey.laz");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    let message = io::input::Input::open(&pipe).err().unwrap().to_string();
+    let message = io::Input::open(&pipe).err().unwrap().to_string();
     assert!(message.contains("survey.laz") && message.contains("pipe"), "{message}");
     assert!(manifest::entry(&pipe).is_err());
-    assert!(io::input::read_bytes(&pipe, 10).is_err());
+    assert!(io::read_bytes(&pipe, 10).is_err());
 }
 
 #[test]
