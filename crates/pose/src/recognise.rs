@@ -377,7 +377,8 @@ impl Stage<'_> {
             judge_limbs(block, template, measured, reach_m(measured, template, config))
         };
         let stated = (0..found.len()).filter(|&entry| found[entry].0.is_stated());
-        let mut limbs: Vec<(usize, Vec<Limb>)> = stated.map(|entry| (entry, limbs_of(entry))).collect();
+        let mut limbs: Vec<(usize, Vec<Limb>)> =
+            stated.map(|entry| (entry, limbs_of(entry))).collect();
         limbs.retain(|(_, limbs)| !limbs.is_empty());
         let (open, closed) = self.not_judged(survey, tasks, candidates, &found, ground);
         let accepted = found.len();
