@@ -35,6 +35,12 @@ pub struct ReproduceArgs {
     /// Part of the full planning site, percent
     #[arg(long, default_value_t = Settings::default().percent)]
     percent: u64,
+    /// As little as still makes every table: to see that it runs, not to be quoted
+    #[arg(long)]
+    quick: bool,
+    /// Folder with parts and scenes of others, for `bin-picking`: IPAGearShaft.stl, IPARingScrew.stl, XA_A.txt, XA_B.txt, XA_C.txt
+    #[arg(long, value_name = "FOLDER")]
+    data: Option<PathBuf>,
     /// Weights to judge [default: the shipped ones]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
@@ -60,6 +66,7 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal, job: &Job) -> Result
     let bench = Bench {
         settings: &settings,
         model: model.as_ref(),
+        data: args.data.as_deref(),
         folder: &args.out,
         clock: &|| start.elapsed().as_secs_f64(),
         observer: job,
@@ -89,8 +96,8 @@ fn settings(args: &ReproduceArgs) -> Result<Settings> {
     if !(1..=100).contains(&args.percent) {
         return Err(Error::bad_input(anyhow!("--percent {}: give 1 to 100", args.percent)));
     }
-    let ReproduceArgs { scenes, seed, steps, repeats, percent, .. } = *args;
-    Ok(Settings { scenes, seed, steps, repeats, percent })
+    let ReproduceArgs { scenes, seed, steps, repeats, percent, quick, .. } = *args;
+    Ok(Settings { scenes, seed, steps, repeats, percent, quick })
 }
 
 fn experiment(name: &str) -> Result<&'static Experiment> {

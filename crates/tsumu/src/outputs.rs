@@ -6,10 +6,10 @@ use crate::run_folder::RunFolder;
 use crate::summary::RecogniseSummary;
 use crate::{Result, Site};
 use geom::DVec3;
+use io::RawCloud;
 use io::blocks_csv::BlockRow;
 use io::not_judged_csv::NotJudgedRow;
 use io::placements_csv::PlacementRow;
-use io::RawCloud;
 use scene::{Recognised, Survey};
 use serde::Serialize;
 use std::path::Path;
@@ -37,11 +37,7 @@ fn site_cloud(survey: &Survey) -> RawCloud {
 }
 
 /// Writes the survey with the instance of every point.
-pub(crate) fn write_labelled(
-    path: &Path,
-    survey: &Survey,
-    segments: &Segments,
-) -> Result<()> {
+pub(crate) fn write_labelled(path: &Path, survey: &Survey, segments: &Segments) -> Result<()> {
     let cloud = RawCloud {
         instance: Some(segments.instance.clone()),
         confidence: Some(segments.confidence.clone()),

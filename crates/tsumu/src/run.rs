@@ -9,7 +9,7 @@ use crate::run_folder::RunFolder;
 use crate::{Error, Job, Result, Site, outputs, review, settings, stored, version};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
-use io::manifest::{Difference, Manifest, entry, verify};
+use io::manifest::{Difference, Manifest, entry, files_below, verify};
 use serde_json::json;
 use std::path::Path;
 
@@ -47,6 +47,8 @@ pub struct NewRun<'a> {
 impl<'a> NewRun<'a> {
     /// Writes a part.
     pub fn keep(mut self, part: &'a impl Part) -> Result<Self> {
+        // From now on until it is sealed the folder is an unfinished run.
+        Manifest::invalidate(self.folder.root())?;
         part.keep(&mut self)?;
         Ok(self)
     }
@@ -126,7 +128,8 @@ impl<'a> NewRun<'a> {
         if let Some(folder) = &self.site.folder {
             self.manifest.check_inputs(folder).or_bad_input()?;
         }
-        self.manifest.seal(self.folder.root())?;
+        let written = files_below(self.folder.root())?;
+        self.manifest.seal(self.folder.root(), written.iter().map(|name| name.as_path()))?;
         Ok(self.folder)
     }
 }

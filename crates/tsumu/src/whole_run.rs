@@ -3,7 +3,7 @@
 use crate::planning::{ChosenProposer, PlanOptions, Planned};
 use crate::recognition::{RecogniseOptions, Recognition};
 use crate::resume::Parts;
-use crate::run::{NewRun, Part, Run};
+use crate::run::{NewRun, Run};
 use crate::weights::{self, Chosen};
 use crate::{Job, Result, RunFolder, Site, stored, version};
 use serde_json::json;
@@ -61,8 +61,7 @@ impl<'a> WholeRun<'a> {
     pub fn recognise(&self) -> Result<Recognition> {
         let job = self.parts.job();
         let found = job.install(|| self.site.recognise_in_parts(&self.weights, &self.parts))?;
-        let mut new = self.new_run()?;
-        found.keep(&mut new)?;
+        self.new_run()?.keep(&found)?;
         job.done("write recognise");
         Ok(found)
     }
@@ -76,8 +75,7 @@ impl<'a> WholeRun<'a> {
         let planned = self.parts.job().install(|| {
             self.site.plan_in_parts(recognition, self.proposer.as_ref(), previous, &self.parts)
         })?;
-        let mut new = self.new_run()?;
-        planned.keep(&mut new)?;
+        self.new_run()?.keep(&planned)?;
         Ok(Some(planned))
     }
 

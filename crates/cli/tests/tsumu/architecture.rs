@@ -131,7 +131,10 @@ fn no_arrow_is_unused() {
             let text = package.text(folders);
             let ours = package.dependencies(kind).into_iter().filter(|d| packages.contains_key(d));
             for other in ours {
-                assert!(mentions(&text, &other), "`{name}` names `{other}` as {kind} and uses it nowhere");
+                assert!(
+                    mentions(&text, &other),
+                    "`{name}` names `{other}` as {kind} and uses it nowhere"
+                );
             }
         }
     }
@@ -190,7 +193,8 @@ fn modules(src: &Path) -> BTreeMap<String, BTreeSet<String>> {
         let text = std::fs::read_to_string(file).expect("readable");
         let own = path_of(file);
         let parent = own.rsplit_once("::").map_or("", |p| p.0);
-        let full = text.replace("super::", &format!("crate::{parent}::")).replace("crate::::", "crate::");
+        let full =
+            text.replace("super::", &format!("crate::{parent}::")).replace("crate::::", "crate::");
         let found = names.iter().filter(|n| **n != own && full.contains(&format!("crate::{n}::")));
         (own.clone(), found.cloned().collect())
     };

@@ -30,7 +30,8 @@ fn every_command_explains_itself() {
     }
     // None is missing here, and what makes the program is another program's.
     let listed = help.split("Commands:").nth(1).unwrap().split("\n\n").next().unwrap();
-    let first = |line: &str| line.strip_prefix("  ").filter(|l| !l.starts_with(' ')).map(String::from);
+    let first =
+        |line: &str| line.strip_prefix("  ").filter(|l| !l.starts_with(' ')).map(String::from);
     let names: Vec<String> = listed.lines().filter_map(first).collect();
     assert_eq!(names.len(), COMMANDS.len() + 1, "{names:?}");
     for command in ["train", "reproduce"] {

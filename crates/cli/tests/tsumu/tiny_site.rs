@@ -75,7 +75,10 @@ fn a_site_runs_to_a_plan_and_twice_to_the_same_bytes() {
     let page = runs.path().join("page.html");
     ok(&["report", &text(&one), "--site", &text(site.path()), "--out", &text(&page)]);
     let html = std::fs::read_to_string(&page).unwrap();
-    assert!(html == std::fs::read_to_string(one.join("report.html")).unwrap(), "not the run's own page");
+    assert!(
+        html == std::fs::read_to_string(one.join("report.html")).unwrap(),
+        "not the run's own page"
+    );
     assert!(html.contains("Tiny &lt;site&gt; &amp; test"), "the title is not escaped");
     assert!(
         !html.contains("http://") && !html.contains("https://"),
@@ -121,7 +124,8 @@ fn every_point_comes_back_labelled() {
 /// The FAQ's remedy for parts on no bin was once refused in site.toml.
 #[test]
 fn the_faqs_settings_are_accepted() {
-    let faq = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/guide/faq.md"));
+    let faq =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/guide/faq.md"));
     let faq = faq.unwrap();
     let examples: Vec<&str> =
         faq.split("```toml").skip(1).map(|e| e.split("```").next().unwrap()).collect();
