@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use tsumu::{Job, PlanOptions, RecogniseOptions, Run, Site};
 
+/// Recognises, plans, presents and seals; how many blocks are to add.
 pub fn run(folder: &Path, out: &Path) -> tsumu::Result<usize> {
     let job = Job::silent();
     let site = Site::load(folder, &job)?;

@@ -8,7 +8,7 @@ use io::blocks_csv::BlockRow;
 use io::not_judged_csv::NotJudgedRow;
 use metrics::labelled_clouds::{Labelled, MatchedLabels, Zero, match_labels, tolerance_m};
 use metrics::{DetectionCounts, InstanceScene, PoseCriteria, PoseScore, TrueBlock};
-use scene::{Catalog, InstanceId, Recognised, SiteFrame};
+use scene::{Catalog, Fit, InstanceId, Recognised, SiteFrame};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -238,20 +238,8 @@ fn score_scene(
     let result_file = blocks_file(result_dir)?;
     let result_rows = io::blocks_csv::read(&result_file).or_bad_input()?;
     let frame = frame_of(truth_rows.iter().chain(&result_rows));
-    let stated = |rows: &[BlockRow], file: &Path| -> Result<Vec<Recognised>> {
-        let block = |row: &BlockRow| {
-            let fit = stored::fit(row, catalog, &frame, file)?;
-            Ok(Recognised::of_fit(InstanceId(row.block_id), Vec::new(), fit))
-        };
-        rows.iter().map(block).collect()
-    };
-    let (truths, estimates) =
-        (stated(&truth_rows, &truth_file)?, stated(&result_rows, &result_file)?);
-    let truths: Vec<TrueBlock> = scene::stated(&truths)
-        .filter_map(|(block, fit)| {
-            Some(TrueBlock { placed: block.placed()?, occlusion: fit.occlusion.unwrap_or(0.0) })
-        })
-        .collect();
+    let truths = true_blocks(&blocks(&truth_rows, catalog, &frame, &truth_file)?);
+    let estimates = blocks(&result_rows, catalog, &frame, &result_file)?;
     let mut total = Total {
         true_blocks: truths.len(),
         scored: truths.iter().filter(|t| t.occlusion < criteria.occlusion_limit).count(),
@@ -270,6 +258,28 @@ fn score_scene(
         total.add_labels(truth_dir, result_dir, &cloud, catalog, &truths, criteria, job)?;
     }
     Ok(total)
+}
+
+/// Rows as stated blocks.
+fn blocks(
+    rows: &[BlockRow],
+    catalog: &Catalog,
+    frame: &SiteFrame,
+    file: &Path,
+) -> Result<Vec<Recognised>> {
+    let block = |row: &BlockRow| {
+        let fit = stored::fit(row, catalog, frame, file)?;
+        Ok(Recognised::of_fit(InstanceId(row.block_id), Vec::new(), fit))
+    };
+    rows.iter().map(block).collect()
+}
+
+/// What a truth does not say to be hidden is in sight.
+fn true_blocks(rows: &[Recognised]) -> Vec<TrueBlock> {
+    let truth = |(block, fit): (&Recognised, &Fit)| {
+        Some(TrueBlock { placed: block.placed()?, occlusion: fit.occlusion.unwrap_or(0.0) })
+    };
+    scene::stated(rows).filter_map(truth).collect()
 }
 
 impl Total {

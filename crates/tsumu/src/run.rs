@@ -9,9 +9,10 @@ use crate::run_folder::RunFolder;
 use crate::{Error, Job, Result, Site, outputs, review, settings, stored, version};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
-use io::manifest::{Difference, Manifest, entry, files_below, verify};
+use io::manifest::{Difference, Manifest, entry, files_below, portable, verify};
 use serde_json::json;
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 /// Something a run keeps.
 pub trait Part {
@@ -40,6 +41,8 @@ pub struct NewRun<'a> {
     pub(crate) folder: RunFolder,
     pub(crate) site: &'a Site,
     pub(crate) manifest: Manifest,
+    /// Files that an earlier run of the folder knew nothing of: this one does not vouch for them either.
+    pub(crate) strangers: BTreeSet<PathBuf>,
     recognition: Option<&'a Recognition>,
     planned: Option<&'a Planned>,
 }
@@ -128,8 +131,9 @@ impl<'a> NewRun<'a> {
         if let Some(folder) = &self.site.folder {
             self.manifest.check_inputs(folder).or_bad_input()?;
         }
-        let written = files_below(self.folder.root())?;
-        self.manifest.seal(self.folder.root(), written.iter().map(|name| name.as_path()))?;
+        let there = files_below(self.folder.root())?;
+        let written = there.iter().filter(|name| !self.strangers.contains(*name));
+        self.manifest.seal(self.folder.root(), written.map(PathBuf::as_path))?;
         Ok(self.folder)
     }
 }
@@ -164,7 +168,8 @@ impl Run {
         let mut manifest = Manifest::new(version::STAMP, site.seed, config);
         manifest.inputs = site.inputs.clone();
         let folder = RunFolder::for_writing(folder)?;
-        Ok(NewRun { folder, site, manifest, recognition: None, planned: None })
+        let strangers = strangers(folder.root())?;
+        Ok(NewRun { folder, site, manifest, strangers, recognition: None, planned: None })
     }
 
     /// Reads a run of this site. Equal to what was kept, where nobody has changed its files.
@@ -254,6 +259,13 @@ impl Run {
     }
 }
 
+/// Files of a whole run's folder that its manifest does not name.
+fn strangers(folder: &Path) -> Result<BTreeSet<PathBuf>> {
+    let Ok(earlier) = Manifest::load(folder) else { return Ok(BTreeSet::new()) };
+    let strange = |name: &PathBuf| !earlier.outputs.contains_key(&portable(name));
+    Ok(files_below(folder)?.into_iter().filter(strange).collect())
+}
+
 fn drawn(
     site: &Site,
     recognition: &Recognition,
@@ -263,10 +275,7 @@ fn drawn(
 }
 
 /// The run behind a path: that of a site folder, or the folder itself. Error: there is none.
-pub fn folders_of(
-    site_or_run: &Path,
-    named_site: Option<&Path>,
-) -> Result<(std::path::PathBuf, RunFolder)> {
+pub fn folders_of(site_or_run: &Path, named_site: Option<&Path>) -> Result<(PathBuf, RunFolder)> {
     let has_blocks = |run: &RunFolder| run.blocks().is_file();
     if site_or_run.join("site.toml").is_file() {
         let run = RunFolder::existing(&site_or_run.join("run"));

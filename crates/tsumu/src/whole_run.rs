@@ -7,7 +7,8 @@ use crate::run::{NewRun, Run};
 use crate::weights::{self, Chosen};
 use crate::{Job, Result, RunFolder, Site, stored, version};
 use serde_json::json;
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 /// What a run may be told beside the site's settings.
 #[derive(Clone, Debug, Default)]
@@ -33,6 +34,7 @@ pub struct WholeRun<'a> {
     folder: RunFolder,
     weights: Chosen,
     proposer: Option<ChosenProposer>,
+    strangers: BTreeSet<PathBuf>,
     parts: Parts<'a>,
 }
 
@@ -54,7 +56,15 @@ impl<'a> WholeRun<'a> {
         let key = new.manifest.key(&this_program());
         let parts = Parts::kept(new.folder.root(), key, job)?;
         job.done("read");
-        Ok(Self { site, options, folder: new.folder, weights, proposer, parts })
+        Ok(Self {
+            site,
+            options,
+            folder: new.folder,
+            weights,
+            proposer,
+            strangers: new.strangers,
+            parts,
+        })
     }
 
     /// The blocks, written.
@@ -91,7 +101,9 @@ impl<'a> WholeRun<'a> {
     }
 
     fn new_run(&self) -> Result<NewRun<'_>> {
-        Run::create(self.folder.root(), self.site)
+        // The manifest that tells strangers from outputs goes with the first part that is written.
+        let strangers = self.strangers.clone();
+        Ok(NewRun { strangers, ..Run::create(self.folder.root(), self.site)? })
     }
 }
 

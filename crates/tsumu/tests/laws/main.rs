@@ -128,3 +128,19 @@ fn the_order_of_the_catalogue_decides_nothing() {
     std::fs::write(&file, swapped).unwrap();
     assert_eq!(recognised(), there);
 }
+
+/// A manifest vouches for what its run has written, not for what somebody put beside it.
+#[test]
+fn a_strangers_file_is_not_vouched_for() {
+    let folder = site_folder(SITE.split("[design]").next().unwrap());
+    let unlisted = || {
+        let found = Run::verify(&folder.path().join("run"), Some(folder.path())).unwrap();
+        found.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    run(folder.path());
+    assert_eq!(unlisted(), Vec::<String>::new());
+    std::fs::write(folder.path().join("run/exports/note.txt"), "by hand").unwrap();
+    run(folder.path());
+    assert_eq!(unlisted().len(), 1);
+    assert!(unlisted()[0].contains("note.txt"), "{:?}", unlisted());
+}
