@@ -3,14 +3,14 @@
 use crate::details::Details;
 use crate::drawing::Drawing;
 use crate::vector_layers::{Kind, Layer, layers};
-use crate::{IoError, atomic, las, qgis_style};
+use crate::{IoError, atomic, qgis_style};
 use rusqlite::types::Value;
 use rusqlite::{Connection, params, params_from_iter};
 use std::io;
 use std::path::Path;
 
-/// The tables the standard asks for, then ours. Dates are fixed: the same result gives the same bytes.
-const SCHEMA: &str = "
+/// The tables the standard asks for. Dates are fixed: the same result gives the same bytes.
+pub(crate) const STANDARD: &str = "
 PRAGMA application_id = 1196444487; -- 'GPKG'
 PRAGMA user_version = 10300;
 CREATE TABLE gpkg_spatial_ref_sys (
@@ -30,6 +30,10 @@ INSERT INTO gpkg_spatial_ref_sys VALUES
   ('WGS 84 geodetic', 4326, 'EPSG', 4326,
    'GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433],AUTHORITY[\"EPSG\",\"4326\"]]',
    NULL);
+";
+
+/// Ours.
+const SCHEMA: &str = "
 CREATE TABLE layer_styles (
   id INTEGER PRIMARY KEY AUTOINCREMENT, f_table_catalog TEXT, f_table_schema TEXT, f_table_name TEXT,
   f_geometry_column TEXT, styleName TEXT, styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT,
@@ -60,9 +64,10 @@ pub fn write_with(
 
 fn bytes(drawing: &Drawing, details: &Details, seed: u64) -> rusqlite::Result<Vec<u8>> {
     let mut database = Connection::open_in_memory()?;
+    database.execute_batch(STANDARD)?;
     database.execute_batch(SCHEMA)?;
     let transaction = database.transaction()?;
-    let srs = reference_system(&transaction, drawing)?;
+    let srs = spatial_reference(&transaction, &drawing.frame.crs, drawing.epsg())?;
     let layers = layers(drawing, details);
     for layer in &layers {
         write_layer(&transaction, layer, srs)?;
@@ -84,13 +89,17 @@ fn bytes(drawing: &Drawing, details: &Details, seed: u64) -> rusqlite::Result<Ve
     Ok(database.serialize("main")?.to_vec())
 }
 
-/// Number of the site's reference system, which is added where it has a code.
-fn reference_system(db: &Connection, drawing: &Drawing) -> rusqlite::Result<i64> {
-    let Some(code) = drawing.epsg() else { return Ok(-1) };
+/// Enters the reference system and gives its number in the file.
+pub(crate) fn spatial_reference(
+    db: &Connection,
+    crs: &str,
+    epsg: Option<u32>,
+) -> rusqlite::Result<i64> {
+    let Some(code) = epsg else { return Ok(-1) };
     if code != 4326 {
-        let wkt = las::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
+        let wkt = crate::crs::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
         let sql = "INSERT INTO gpkg_spatial_ref_sys VALUES (?1, ?2, 'EPSG', ?2, ?3, NULL)";
-        db.execute(sql, params![drawing.frame.crs, code, wkt])?;
+        db.execute(sql, params![crs, code, wkt])?;
     }
     Ok(i64::from(code))
 }

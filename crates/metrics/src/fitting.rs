@@ -96,7 +96,8 @@ mod tests {
         let pose = Pose::from_translation(Vec3::new(5.0, 0.0, 0.0));
         let fit = Fit::of_pose(ModelId(0), pose);
         let block = Recognised::of_fit(InstanceId(1), vec![0, 2, 9], fit);
-        let points = [Vec3::new(5.25, 0.2, 0.2), Vec3::new(5.1, 0.2, 0.2), Vec3::new(4.0, 0.0, 0.0)];
+        let points =
+            [Vec3::new(5.25, 0.2, 0.2), Vec3::new(5.1, 0.2, 0.2), Vec3::new(4.0, 0.0, 0.0)];
         let got = point_fit_m(&points, &[block], &Catalog::new(vec![model]));
         assert!((got[0] - 0.25).abs() < 1e-6 && got[1].is_nan() && got[2].abs() < 1e-6, "{got:?}");
     }

@@ -64,9 +64,9 @@ impl Body {
 fn covariance(block: &SeenBlock, model: &BlockModel) -> Matrix<6> {
     let size = f64::from(model.d_box_m);
     let mut out = zeros::<6>();
-    let stated = block.covariance.filter(|c| {
-        c.iter().all(|v| v.is_finite()) && (0..6).all(|i| c[7 * i] > 0.0)
-    });
+    let stated = block
+        .covariance
+        .filter(|c| c.iter().all(|v| v.is_finite()) && (0..6).all(|i| c[7 * i] > 0.0));
     for i in 0..6 {
         let unit = if i < 3 { size } else { 1.0 };
         match &stated {
@@ -124,7 +124,9 @@ pub(crate) fn difference(earlier: &Body, later: &Body, catalog: &Catalog) -> Dif
             let turn = symmetry
                 .rotations()
                 .iter()
-                .map(|g| log(DQuat::from_rotation_arc(from, later.rotation * (g.as_dquat() * axis))))
+                .map(|g| {
+                    log(DQuat::from_rotation_arc(from, later.rotation * (g.as_dquat() * axis)))
+                })
                 .min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
                 .expect("a group has at least the identity");
             for i in 0..3 {

@@ -134,10 +134,7 @@ impl Frame {
         let origin = DVec3::from_array(later.survey.frame.origin)
             - DVec3::from_array(earlier.survey.frame.origin);
         let moved = |p: &Vec3| (p.as_dvec3() + origin).as_vec3();
-        let bodies = (
-            Body::all(earlier, catalog, DVec3::ZERO),
-            Body::all(later, catalog, origin),
-        );
+        let bodies = (Body::all(earlier, catalog, DVec3::ZERO), Body::all(later, catalog, origin));
         let bounds = Bounds::of(bodies.0.iter().map(|b| b.centre.as_vec3()));
         let pivot = if bounds.is_empty() {
             earlier.survey.cloud.bounds().centre()
@@ -173,10 +170,10 @@ fn register(
     stable: &StableGround,
     config: &CompareConfig,
 ) -> Result<Registered, MonitorError> {
-    let usual =
-        CommonError::usual(earlier.survey.sensor, later.survey.sensor, frame.size_m / 2.0);
+    let usual = CommonError::usual(earlier.survey.sensor, later.survey.sensor, frame.size_m / 2.0);
     let few = frame.earlier.len().min(frame.later.len());
-    let on_blocks = if few >= 3 { blocks_registered(frame, catalog, &usual, config)? } else { None };
+    let on_blocks =
+        if few >= 3 { blocks_registered(frame, catalog, &usual, config)? } else { None };
     let start = on_blocks.as_ref().map_or(Motion::none(frame.pivot), |(r, _, _)| r.motion);
     let on_ground = stable::registered(
         [earlier, later],
@@ -333,7 +330,8 @@ fn detect(
     let Registered { reference, pairs, common_error, .. } = &registered;
     let motion = &reference.motion;
     let moved: Vec<Body> = frame.later.iter().map(|b| b.moved(motion)).collect();
-    let tested = tested(frame, &moved, registered.pairs.as_slice(), reference, common_error, catalog);
+    let tested =
+        tested(frame, &moved, registered.pairs.as_slice(), reference, common_error, catalog);
     let p: Vec<f64> = tested.iter().map(|t| t.p).collect();
     let limit = discovery_limit(&p, config.detection.false_discovery);
 
@@ -353,7 +351,10 @@ fn detect(
             let gone = gone_m2(a, b, catalog, &fine, [&views[0], &views[1]], &config.breakage);
             // What the earlier survey lacks and the later one shows is no break, so only one direction counts.
             if gone > 0.0 {
-                change.say(&format!("{gone:.2} m² of its surface is gone; was {}", change.class.word()));
+                change.say(&format!(
+                    "{gone:.2} m² of its surface is gone; was {}",
+                    change.class.word()
+                ));
                 change.class = Class::PossiblyBroken;
                 change.gone_m2 = gone;
             }

@@ -98,9 +98,8 @@ pub(crate) fn judge(
     };
     let level_axes_m = std::array::from_fn(|i| LEVEL * of_shift[i][i].max(0.0).sqrt());
     let (level_m, level_rad) = (level_along(&of_shift, shift), level_along(&of_turn, turn));
-    let beyond = |c: &Matrix<3>, v: DVec3| {
-        cholesky(c).is_some_and(|l| distance2(&l, &v.to_array()) > PART)
-    };
+    let beyond =
+        |c: &Matrix<3>, v: DVec3| cholesky(c).is_some_and(|l| distance2(&l, &v.to_array()) > PART);
     let shifted = beyond(&of_shift, shift) && distance_m > level_m;
     let turned = beyond(&of_turn, turn) && turn_rad > level_rad;
     let sideways = shift.x.hypot(shift.y);

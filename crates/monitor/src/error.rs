@@ -55,7 +55,9 @@ pub enum MonitorError {
         blocks: usize,
     },
     /// The blocks of a plan are of another catalogue, or a model is missing.
-    #[error("block {block} is of model {model}, but the catalogue has {known}; compare epochs of one catalogue")]
+    #[error(
+        "block {block} is of model {model}, but the catalogue has {known}; compare epochs of one catalogue"
+    )]
     UnknownModel {
         /// The block.
         block: u32,

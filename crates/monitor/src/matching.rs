@@ -60,9 +60,8 @@ pub(crate) fn matched(
 ) -> Result<Vec<Pair>, MonitorError> {
     let edges = edges(earlier, later, catalog, common, config);
     let mut pairs = certain(&edges, earlier.len(), later.len());
-    let fixed = |e: &Edge, pairs: &[Pair]| {
-        pairs.binary_search_by_key(&e.earlier, |p| p.earlier).is_ok()
-    };
+    let fixed =
+        |e: &Edge, pairs: &[Pair]| pairs.binary_search_by_key(&e.earlier, |p| p.earlier).is_ok();
     let mut taken = vec![false; later.len()];
     pairs.iter().for_each(|p| taken[p.later] = true);
     let open: Vec<Edge> =
@@ -119,10 +118,8 @@ fn gain(
     let t2 = delta.shift().length_squared() / (size * config.move_sd_blocks).powi(2);
     let turns = model.symmetry.order() as f64 / (2.0 * tau * tau);
     let moved = -0.5 * (t2 + 3.0 * (tau * config.move_sd_blocks.powi(2)).ln()) + turns.ln();
-    let likelihood = log_sum(
-        still + (1.0 - config.moved_share).ln(),
-        moved + config.moved_share.ln(),
-    );
+    let likelihood =
+        log_sum(still + (1.0 - config.moved_share).ln(), moved + config.moved_share.ln());
     let gain = 2.0 * config.alone.ln() - likelihood;
     (gain < 0.0).then_some(gain)
 }
@@ -237,7 +234,10 @@ mod tests {
 
     fn total(pairs: &[Pair], edges: &[Edge]) -> f64 {
         let gain = |p: &Pair| {
-            edges.iter().find(|e| e.earlier == p.earlier && e.later == p.later).map_or(9.0, |e| e.gain)
+            edges
+                .iter()
+                .find(|e| e.earlier == p.earlier && e.later == p.later)
+                .map_or(9.0, |e| e.gain)
         };
         pairs.iter().map(gain).sum()
     }

@@ -94,11 +94,7 @@ pub(crate) fn jacobian(pivot: DVec3, p: DVec3) -> [[f64; PARAMETERS]; 6] {
 }
 
 /// Covariance of a block's shift and turn at `p` from that of the motion.
-pub(crate) fn covariance_at(
-    pivot: DVec3,
-    p: DVec3,
-    covariance: &Matrix<PARAMETERS>,
-) -> Matrix<6> {
+pub(crate) fn covariance_at(pivot: DVec3, p: DVec3, covariance: &Matrix<PARAMETERS>) -> Matrix<6> {
     carried(&jacobian(pivot, p), covariance)
 }
 

@@ -115,7 +115,12 @@ fn fitted(
 }
 
 /// The shift on which most neighbouring centres agree, and how many do.
-pub(crate) fn common_shift(earlier: &[Body], later: &[Body], reach_m: f64, bin_m: f64) -> (DVec3, usize) {
+pub(crate) fn common_shift(
+    earlier: &[Body],
+    later: &[Body],
+    reach_m: f64,
+    bin_m: f64,
+) -> (DVec3, usize) {
     let centres: Vec<Vec3> = later.iter().map(|b| b.centre.as_vec3()).collect();
     let grid = PointGrid::new(&centres, reach_m as f32);
     let mut shifts: Vec<Vec3> = Vec::new();

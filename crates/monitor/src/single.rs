@@ -87,7 +87,8 @@ fn verdict(
     } else if shares.through > config.through && shares.through > 1.5 * shares.covered {
         (gone, shares.through / judgeable, String::new())
     } else if shares.seen >= config.still_there {
-        let note = format!("its surface is in the {epoch} survey too, but was not recognised there");
+        let note =
+            format!("its surface is in the {epoch} survey too, but was not recognised there");
         (Class::Hidden, shares.seen, note)
     } else if shares.covered >= 0.5 * judgeable {
         (Class::Hidden, shares.covered, format!("covered in the {epoch} survey"))

@@ -3,7 +3,7 @@
 use crate::Epoch;
 use crate::motion::Motion;
 use crate::registration::{Basis, Patches, Registration, on_ground};
-use geom::{DVec3, Vec3, normals, point_grid};
+use geom::{DVec3, Vec3, normals, thin_from_lowest};
 use serde::{Deserialize, Serialize};
 
 /// Ground that the site names as stable: polygons in site coordinates (east, north), such as the crown wall. Empty: none is named.
@@ -61,9 +61,8 @@ pub(crate) fn registered(
         }
         let frame = &epoch.survey.frame;
         let cloud = &epoch.survey.cloud.position_m;
-        let kept = |i: &usize| {
-            open[*i] && (!named || stable.contains(frame.site_from_local(cloud[*i])))
-        };
+        let kept =
+            |i: &usize| open[*i] && (!named || stable.contains(frame.site_from_local(cloud[*i])));
         (0..cloud.len()).filter(kept).collect()
     };
     if !named && epochs.iter().any(|e| e.blocks.iter().all(|b| b.points.is_empty())) {
@@ -71,7 +70,7 @@ pub(crate) fn registered(
         return None;
     }
     let thinned = |points: Vec<Vec3>| -> Vec<Vec3> {
-        let kept = point_grid::thin(&points, (CELL * size_m) as f32).kept;
+        let kept = thin_from_lowest(&points, (CELL * size_m) as f32).kept;
         kept.iter().map(|&i| points[i as usize]).collect()
     };
     let own = &earlier.survey.cloud.position_m;

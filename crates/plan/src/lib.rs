@@ -49,7 +49,7 @@ pub use surfaces::{
     point_deficits_m, surfaces, works_line,
 };
 pub use uncertainty::{
-    Case, Percentiles, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
+    Percentiles, PlanVariant, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
 };
 pub use volumes::{OfVolume, plans_over_volumes};
 

@@ -80,7 +80,11 @@ mod tests {
         assert_eq!(volumes, [0.0, 40.0, 24.0]);
         // Left half empty, the right half a step: half of the step lies above the design.
         assert!((list[0].planned.area_m2 - 2.5).abs() < 1e-9, "{:?}", list[0]);
-        assert!((list[0].above.area_m2 - list[0].planned.area_m2 + 2.0 - list[0].still_missing.area_m2).abs() < 1e-6);
+        assert!(
+            (list[0].above.area_m2 - list[0].planned.area_m2 + 2.0 - list[0].still_missing.area_m2)
+                .abs()
+                < 1e-6
+        );
     }
 
     #[test]

@@ -30,16 +30,23 @@ fn main() {
     let number = |i: usize, default: usize| {
         arguments.get(i).map_or(default, |a| a.parse().expect("a whole number"))
     };
-    let (blocks, placements, points) =
-        (number(1, 5_000), number(2, 2_000), number(3, 2_000_000));
+    let (blocks, placements, points) = (number(1, 5_000), number(2, 2_000), number(3, 2_000_000));
     let site = Site::made(blocks, placements, points);
     let page = html(&site.input()).expect("the values belong together");
     std::fs::write(out, &page).expect("the file can be written");
     let pdf = std::path::Path::new(out).with_extension("pdf");
-    let font = std::env::var("SHEET_FONT").ok().map(|path| SheetFont { data: std::fs::read(path).expect("a font"), index: 0 });
+    let font = std::env::var("SHEET_FONT")
+        .ok()
+        .map(|path| SheetFont { data: std::fs::read(path).expect("a font"), index: 0 });
     let set = SheetSet { author: "Example".into(), drawing: "P-1".into(), font };
-    std::fs::write(pdf, sheets(&site.input(), &set).expect("the values belong together")).expect("the file can be written");
-    println!("{out}: {} blocks, {} placements, {} bytes", site.recognised.len(), site.plan.placements.len(), page.len());
+    std::fs::write(pdf, sheets(&site.input(), &set).expect("the values belong together"))
+        .expect("the file can be written");
+    println!(
+        "{out}: {} blocks, {} placements, {} bytes",
+        site.recognised.len(),
+        site.plan.placements.len(),
+        page.len()
+    );
 }
 
 struct Site {
@@ -71,7 +78,8 @@ impl Site {
         for row in 0..rows {
             for column in 0..across {
                 let mut jitter = || rng.random_range(-0.3_f32..0.3);
-                let (x, y) = (row as f32 * pitch + jitter(), (column as f32 - 7.0) * pitch + jitter());
+                let (x, y) =
+                    (row as f32 * pitch + jitter(), (column as f32 - 7.0) * pitch + jitter());
                 // What is missing: the seaward half of every other stretch.
                 let missing = (row / 12) % 2 == 1 && y < 0.0;
                 places.push((Vec3::new(x, y, design_m(y) - 0.9 + jitter()), missing));
@@ -96,7 +104,8 @@ impl Site {
             for (p, normal) in mesh.sample_surface(each * 2, &mut rng) {
                 let outward = pose.transform_vector(normal);
                 if outward.z > -0.1 && fit.len() < points {
-                    let off = noise * (rng.random_range(-1.0_f32..1.0) + rng.random_range(-1.0_f32..1.0));
+                    let off =
+                        noise * (rng.random_range(-1.0_f32..1.0) + rng.random_range(-1.0_f32..1.0));
                     position.push(pose.transform_point(p) + outward * off);
                     fit.push(off.abs());
                 }
@@ -108,7 +117,8 @@ impl Site {
             position.push(Vec3::new(x, y, design_m(y) - 2.4 + rng.random_range(-0.06_f32..0.06)));
             fit.push(f32::NAN);
         }
-        let mut design = HeightMap::empty(Vec2::new(-2.0, -14.0), Vec2::new(long_m + 2.0, 14.0), 0.1);
+        let mut design =
+            HeightMap::empty(Vec2::new(-2.0, -14.0), Vec2::new(long_m + 2.0, 14.0), 0.1);
         let mut surveyed = design.clone();
         design.fill_with(|x, y| if x < 0.0 || x > long_m { f32::NAN } else { design_m(y) });
         surveyed.fill_with(|_, y| design_m(y) - 2.4);
@@ -126,7 +136,8 @@ impl Site {
         };
         let (before, after) = (minus(&surveyed), minus(&planned));
         let distance = position.iter().map(|p| design_m(p.y) - p.z).collect();
-        let volume = |m: &HeightMap| m.z_m.iter().filter(|z| **z > 0.0).sum::<f32>() * m.cell_m * m.cell_m;
+        let volume =
+            |m: &HeightMap| m.z_m.iter().filter(|z| **z > 0.0).sum::<f32>() * m.cell_m * m.cell_m;
         let summary = PlanSummary {
             void_before_m3: volume(&before),
             void_after_m3: volume(&after),
@@ -135,12 +146,33 @@ impl Site {
             ..PlanSummary::default()
         };
         let removed = (0..kept.len() / 2)
-            .map(|i| Placement { state: [PlacementState::Overflow, PlacementState::Unstable][i % 2], ..kept[i].clone() })
+            .map(|i| Placement {
+                state: [PlacementState::Overflow, PlacementState::Unstable][i % 2],
+                ..kept[i].clone()
+            })
             .collect();
-        let frame = SiteFrame { origin: [-62_334.5, -42_211.25, 0.5], crs: "EPSG:6679".into(), vertical_datum: "T.P.".into() };
-        let survey = Survey { cloud: PointCloud::from_positions(position), frame, ..Survey::default() };
+        let frame = SiteFrame {
+            origin: [-62_334.5, -42_211.25, 0.5],
+            crs: "EPSG:6679".into(),
+            vertical_datum: "T.P.".into(),
+        };
+        let survey =
+            Survey { cloud: PointCloud::from_positions(position), frame, ..Survey::default() };
         let plan = Plan { placements: kept, removed, summary };
-        Self { survey, catalog, recognised, plan, fit, distance, design, surveyed, planned, before, after, long_m }
+        Self {
+            survey,
+            catalog,
+            recognised,
+            plan,
+            fit,
+            distance,
+            design,
+            surveyed,
+            planned,
+            before,
+            after,
+            long_m,
+        }
     }
 
     fn input(&self) -> ReportInput<'_> {
@@ -153,7 +185,11 @@ impl Site {
         input.point_distance_m = &self.distance;
         input.survey_date = "2026-11-30".into();
         let basis = Text::new("10 made-up plans", "架空の計画 10 回");
-        input.count = Some(Count { blocks, p10_p90: Some((blocks - blocks / 20, blocks + blocks / 15)), basis });
+        input.count = Some(Count {
+            blocks,
+            p10_p90: Some((blocks - blocks / 20, blocks + blocks / 15)),
+            basis,
+        });
         input.surfaces = Some(Surfaces {
             design: Some(&self.design),
             surveyed: Some(&self.surveyed),
@@ -165,19 +201,29 @@ impl Site {
         input.outlines = [-12.0, -HALF_CREST_M, HALF_CREST_M, 12.0]
             .map(|y| Outline {
                 label: Text::new("Design", "計画線"),
-                points: vec![Vec3::new(0.0, y, design_m(y)), Vec3::new(self.long_m, y, design_m(y))],
+                points: vec![
+                    Vec3::new(0.0, y, design_m(y)),
+                    Vec3::new(self.long_m, y, design_m(y)),
+                ],
                 closed: false,
             })
             .to_vec();
-        input.maps = [("Missing before", "不足高さ（現況）", &self.before), ("Missing after", "不足高さ（計画後）", &self.after)]
-            .map(|(en, ja, values)| MapLayer { label: Text::new(en, ja), unit: "m".into(), values })
-            .to_vec();
+        input.maps = [
+            ("Missing before", "不足高さ（現況）", &self.before),
+            ("Missing after", "不足高さ（計画後）", &self.after),
+        ]
+        .map(|(en, ja, values)| MapLayer { label: Text::new(en, ja), unit: "m".into(), values })
+        .to_vec();
         input.unfilled = (0..self.recognised.len() / 40)
             .map(|i| UnfilledWindow {
                 centre: Vec2::new((i * 7) as f32 % self.long_m, (i % 9) as f32 * 2.0 - 8.0),
                 half_m: 0.8,
                 void_m3: 0.7 + (i % 5) as f32 * 0.3,
-                reason: [Text::new("too shallow for a block", "ブロックには浅すぎる"), Text::new("every trial stood above the design", "試行がすべて計画面を超過")][i % 2].clone(),
+                reason: [
+                    Text::new("too shallow for a block", "ブロックには浅すぎる"),
+                    Text::new("every trial stood above the design", "試行がすべて計画面を超過"),
+                ][i % 2]
+                    .clone(),
             })
             .collect();
         input.sections = (1..9)
@@ -194,15 +240,28 @@ impl Site {
                     label: Text::new(format!("Chainage {x:.1} m"), format!("距離 {x:.1} m")),
                     from: Vec2::new(x, 13.0),
                     to: Vec2::new(x, -13.0),
-                    lines: vec![line(SectionLineKind::AsIs, &self.surveyed), line(SectionLineKind::Planned, &self.planned), line(SectionLineKind::Design, &self.design)],
+                    lines: vec![
+                        line(SectionLineKind::AsIs, &self.surveyed),
+                        line(SectionLineKind::Planned, &self.planned),
+                        line(SectionLineKind::Design, &self.design),
+                    ],
                 }
             })
             .collect();
-        input.figures = vec![Figure::new(Text::new("Survey points", "測量点数"), self.survey.cloud.len().to_string(), "")];
+        input.figures = vec![Figure::new(
+            Text::new("Survey points", "測量点数"),
+            self.survey.cloud.len().to_string(),
+            "",
+        )];
         input.histograms = vec![Histogram {
             label: Text::new("Fitting error of each block", "各ブロックの当てはめ誤差"),
             unit: "mm".into(),
-            values: self.recognised.iter().filter_map(|r| r.fit()?.fitness_m).map(|v| v * 1000.0).collect(),
+            values: self
+                .recognised
+                .iter()
+                .filter_map(|r| r.fit()?.fitness_m)
+                .map(|v| v * 1000.0)
+                .collect(),
         }];
         input
     }

@@ -11,8 +11,11 @@ pub(crate) fn headline(input: &ReportInput) -> String {
     let (sentence, sub) = answer(input);
     let own = input.lights.is_empty().then(|| lights(input));
     let lights = own.as_ref().unwrap_or(&input.lights);
-    let sub =
-        if sub.en.is_empty() { String::new() } else { format!("<p class=\"sub\">{}</p>", sub.html()) };
+    let sub = if sub.en.is_empty() {
+        String::new()
+    } else {
+        format!("<p class=\"sub\">{}</p>", sub.html())
+    };
     format!(
         "<section id=\"answer\"><h1>{}</h1>{sub}<ul class=\"lights\">{}</ul>{}</section>",
         sentence.html(),
@@ -42,7 +45,10 @@ pub(crate) fn answer(input: &ReportInput) -> (Text, Text) {
     let open = input.recognised.len() - stated;
     match input.plan {
         _ if stated == 0 && !input.bare_ground => (
-            Text::new("No plan: nothing was recognised", "計画なし：ブロックを認識できませんでした"),
+            Text::new(
+                "No plan: nothing was recognised",
+                "計画なし：ブロックを認識できませんでした",
+            ),
             Text::new(
                 "A count without a recognised pile would be a guess. Check size and kind of the block, the survey's density and its area.",
                 "認識されたブロックがないため、必要数は示しません。ブロックの寸法・種類、測量の密度と範囲を確認してください。",
@@ -50,10 +56,16 @@ pub(crate) fn answer(input: &ReportInput) -> (Text, Text) {
         ),
         None => (
             Text::new(
-                format!("{} recognised; {open} could not be judged", blocks(stated as u32, "block")),
+                format!(
+                    "{} recognised; {open} could not be judged",
+                    blocks(stated as u32, "block")
+                ),
                 format!("ブロック {stated} 個を認識、{open} 個は判定不能"),
             ),
-            Text::new("There is no design, so nothing was planned.", "計画面がないため、計画は作成していません。"),
+            Text::new(
+                "There is no design, so nothing was planned.",
+                "計画面がないため、計画は作成していません。",
+            ),
         ),
         Some(plan) if plan.placements.is_empty() => (
             Text::new("No block is needed", "追加ブロックは不要です"),
@@ -78,10 +90,15 @@ fn order(input: &ReportInput, plan: &Plan) -> (Text, Text) {
             let (low, high) = (grouped(&low.to_string()), grouped(&high.to_string()));
             (
                 format!("Order {n} {name} (this plan {p} = {tonnes} t, range {low}–{high})."),
-                format!("{name_ja} {n} 個を手配（本計画 {p} 個・{tonnes} t、範囲 {low}～{high}）。"),
+                format!(
+                    "{name_ja} {n} 個を手配（本計画 {p} 個・{tonnes} t、範囲 {low}～{high}）。"
+                ),
             )
         }
-        None => (format!("Order {n} {name} = {tonnes} t."), format!("{name_ja} {n} 個を手配（{tonnes} t）。")),
+        None => (
+            format!("Order {n} {name} = {tonnes} t."),
+            format!("{name_ja} {n} 個を手配（{tonnes} t）。"),
+        ),
     };
     if let Some(filled) = filled(&plan.summary) {
         let _ = write!(en, " Fills {:.0} % of the void", filled * 100.0);
@@ -100,10 +117,15 @@ fn order(input: &ReportInput, plan: &Plan) -> (Text, Text) {
 
 fn basis(input: &ReportInput, ranged: bool) -> Text {
     let Some(count) = &input.count else { return Text::default() };
-    let (en, ja) = (&count.basis.en, if count.basis.ja.is_empty() { &count.basis.en } else { &count.basis.ja });
+    let (en, ja) = (
+        &count.basis.en,
+        if count.basis.ja.is_empty() { &count.basis.en } else { &count.basis.ja },
+    );
     if ranged {
         Text::new(
-            format!("The number to order is the upper end of the range, so that the work does not wait for a block. Range: {en}."),
+            format!(
+                "The number to order is the upper end of the range, so that the work does not wait for a block. Range: {en}."
+            ),
             format!("手配数は、工事が待たされないよう範囲の上限としています。範囲：{ja}。"),
         )
     } else {
@@ -146,5 +168,8 @@ fn warnings(input: &ReportInput) -> String {
         format!("{n} {}", if n == 1 { "warning" } else { "warnings" }),
         format!("警告 {n} 件"),
     );
-    format!("<details id=\"warnings\"{open}><summary>{}</summary><ul>{items}</ul></details>", words.html())
+    format!(
+        "<details id=\"warnings\"{open}><summary>{}</summary><ul>{items}</ul></details>",
+        words.html()
+    )
 }

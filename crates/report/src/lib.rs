@@ -25,12 +25,12 @@ mod view_data;
 
 pub use error::ReportError;
 pub use input::{
-    Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, ReportInput, Section,
-    SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
+    Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, ReportInput,
+    Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
 };
 pub use page::html;
-pub use script::MODULES;
 pub use picture::{pile_picture, site_picture};
+pub use script::MODULES;
 pub use sheets::{SheetFont, SheetSet, sheets};
 pub use still::{Camera, Image, Lens, StillMesh, StillPoints, still};
 pub use text::Text;

@@ -63,7 +63,8 @@ fn recognition(input: &ReportInput) -> Light {
     let share = count as f32 / all as f32;
     let stated = at_least(share, STATED);
     let (count, all) = (grouped(&count.to_string()), grouped(&all.to_string()));
-    let (mut en, mut ja) = (format!("{count} of {all} candidates stated"), format!("候補 {all} 中 {count} を判定"));
+    let (mut en, mut ja) =
+        (format!("{count} of {all} candidates stated"), format!("候補 {all} 中 {count} を判定"));
     if let Some(confidence) = confidence {
         en += &format!(", median confidence {confidence:.2}");
         ja += &format!("、信頼度の中央値 {confidence:.2}");
@@ -76,7 +77,10 @@ fn coverage(input: &ReportInput) -> Light {
     let name = Text::new("Coverage", "測量の見え方");
     match median(scene::stated(input.recognised).filter_map(|(_, fit)| fit.occlusion)) {
         None => {
-            let reason = Text::new("nobody measured how much of a block is in sight", "見えている割合は不明");
+            let reason = Text::new(
+                "nobody measured how much of a block is in sight",
+                "見えている割合は不明",
+            );
             Light { name, state: LightState::Unknown, reason }
         }
         Some(hidden) => Light {

@@ -60,10 +60,13 @@ mod tests {
             let (names, file) = line.strip_prefix("import { ")?.split_once(" } from \"./")?;
             Some((file.strip_suffix("\";")?, names.split(", ").collect()))
         };
-        text.lines().filter(|l| l.starts_with("import")).map(|l| {
-            let l: &'static str = Box::leak(l.to_string().into_boxed_str());
-            of_line(l).unwrap_or_else(|| panic!("an import of another form: {l}"))
-        }).collect()
+        text.lines()
+            .filter(|l| l.starts_with("import"))
+            .map(|l| {
+                let l: &'static str = Box::leak(l.to_string().into_boxed_str());
+                of_line(l).unwrap_or_else(|| panic!("an import of another form: {l}"))
+            })
+            .collect()
     }
 
     #[test]
@@ -73,12 +76,19 @@ mod tests {
         for (name, text) in all {
             for (file, names) in imports(text) {
                 // Two modules may name each other; the bundle is one scope, and nothing runs before page.js.
-                let (_, there) = MODULES.iter().find(|m| m.0 == file).unwrap_or_else(|| panic!("{name}: {file}"));
+                let (_, there) = MODULES
+                    .iter()
+                    .find(|m| m.0 == file)
+                    .unwrap_or_else(|| panic!("{name}: {file}"));
                 for wanted in names {
-                    let forms = ["const", "function", "async function", "class"].map(|k| format!("export {k} {wanted}"));
+                    let forms = ["const", "function", "async function", "class"]
+                        .map(|k| format!("export {k} {wanted}"));
                     assert!(forms.iter().any(|f| there.contains(f)), "{name}: {wanted} of {file}");
                 }
-                assert!(seen.iter().any(|s| s.0 == file), "{name} imports {file}, which comes later");
+                assert!(
+                    seen.iter().any(|s| s.0 == file),
+                    "{name} imports {file}, which comes later"
+                );
             }
             seen.push((name, text));
         }
@@ -91,7 +101,8 @@ mod tests {
         for line in bundle.lines() {
             for kind in ["const ", "function ", "async function ", "class ", "let "] {
                 if let Some(rest) = line.strip_prefix(kind) {
-                    let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+                    let name: String =
+                        rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
                     assert!(names.insert(name.clone()), "{name} is declared twice");
                 }
             }

@@ -206,7 +206,9 @@ fn surfaces(input: &ReportInput, blob: &mut Blob) -> BTreeMap<&'static str, Grid
 }
 
 /// Blocks the view shows: all that have a pose, stated or not.
-pub(crate) fn shown<'a>(input: &ReportInput<'a>) -> impl Iterator<Item = (&'a Recognised, &'a Fit)> {
+pub(crate) fn shown<'a>(
+    input: &ReportInput<'a>,
+) -> impl Iterator<Item = (&'a Recognised, &'a Fit)> {
     input.recognised.iter().filter_map(|r| Some((r, r.fit()?)))
 }
 
@@ -280,7 +282,12 @@ fn cut(s: &crate::Section) -> Cut<'_> {
         kind: kind(l.kind),
         points: l.points.iter().filter(|p| p[0].is_finite()).map(point).collect(),
     });
-    Cut { label: words(&s.label), from: s.from.to_array(), to: s.to.to_array(), lines: lines.collect() }
+    Cut {
+        label: words(&s.label),
+        from: s.from.to_array(),
+        to: s.to.to_array(),
+        lines: lines.collect(),
+    }
 }
 
 fn numbers(pose: &Pose) -> [f32; 7] {

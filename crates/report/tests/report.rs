@@ -85,7 +85,9 @@ fn fixture() -> Fixture {
     };
     let survey =
         Survey { cloud: PointCloud::from_positions(positions), frame, ..Survey::default() };
-    let fit = (0..survey.cloud.len()).map(|i| if i % 3 == 0 { f32::NAN } else { i as f32 * 1e-5 }).collect();
+    let fit = (0..survey.cloud.len())
+        .map(|i| if i % 3 == 0 { f32::NAN } else { i as f32 * 1e-5 })
+        .collect();
     Fixture { survey, catalog, recognised, plan, distance, fit, map }
 }
 
@@ -102,8 +104,11 @@ fn input(f: &Fixture) -> ReportInput<'_> {
         planned: None,
         ground: None,
     });
-    input.alignment =
-        Some(Alignment { line: vec![Vec2::ZERO, Vec2::X * 9.0], reach_m: [2.0, 3.0], spacing_m: None });
+    input.alignment = Some(Alignment {
+        line: vec![Vec2::ZERO, Vec2::X * 9.0],
+        reach_m: [2.0, 3.0],
+        spacing_m: None,
+    });
     input.unfilled = vec![UnfilledWindow {
         centre: Vec2::new(3.0, 1.0),
         half_m: 0.5,
@@ -280,7 +285,11 @@ fn the_tables_hold_site_coordinates() {
     let data = json(&page);
     let pose = |kind: &str, i: usize| -> Vec<f64> {
         let pose = data[kind][i]["pose"].as_array().unwrap();
-        pose[4..].iter().zip(0..).map(|(v, k)| v.as_f64().unwrap() + data["origin"][k].as_f64().unwrap()).collect()
+        pose[4..]
+            .iter()
+            .zip(0..)
+            .map(|(v, k)| v.as_f64().unwrap() + data["origin"][k].as_f64().unwrap())
+            .collect()
     };
     let close = |a: Vec<f64>, b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
     assert!(close(pose("found", 1), [-62332.0, -42210.95, 1.5]));
@@ -328,7 +337,8 @@ fn the_head_is_one_sentence_with_its_range_and_no_count_where_nothing_was_recogn
 #[test]
 fn lights_go_out_with_the_evidence() {
     let f = fixture();
-    let states = |input: &ReportInput| lights::lights(input).iter().map(|l| l.state).collect::<Vec<_>>();
+    let states =
+        |input: &ReportInput| lights::lights(input).iter().map(|l| l.state).collect::<Vec<_>>();
     let page = input(&f);
     // Five of six stated at 0.9; a quarter hidden; no void stated; range of 1 to 3 for 2.
     use LightState::{Bad, Fair, Good, Unknown};
@@ -370,15 +380,21 @@ fn the_policy_names_the_very_script_and_style() {
     let f = fixture();
     let page = html(&input(&f)).unwrap();
     use sha2::{Digest, Sha256};
-    let between = |open: &str, close: &str| page.split_once(open).unwrap().1.split_once(close).unwrap().0;
+    let between =
+        |open: &str, close: &str| page.split_once(open).unwrap().1.split_once(close).unwrap().0;
     for (open, close, directive) in [
         ("<script type=\"module\">", "</script>", "script-src"),
         ("<style>", "</style>", "style-src"),
     ] {
-        let hash = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(between(open, close)));
+        let hash =
+            base64::engine::general_purpose::STANDARD.encode(Sha256::digest(between(open, close)));
         assert!(page.contains(&format!("{directive} 'sha256-{hash}'")), "{directive}");
     }
-    assert!(!page.contains("unsafe-inline") && !page.contains(" style=\"") && !page.contains(" onclick"));
+    assert!(
+        !page.contains("unsafe-inline")
+            && !page.contains(" style=\"")
+            && !page.contains(" onclick")
+    );
 }
 
 #[test]
@@ -411,7 +427,8 @@ fn a_survey_alone_is_a_report() {
 fn what_does_not_fit_is_named() {
     let f = fixture();
     let mut point = input(&f);
-    point.alignment = Some(Alignment { line: vec![Vec2::ZERO], reach_m: [1.0, 1.0], spacing_m: None });
+    point.alignment =
+        Some(Alignment { line: vec![Vec2::ZERO], reach_m: [1.0, 1.0], spacing_m: None });
     assert!(html(&point).unwrap_err().to_string().contains("at least two points"));
     let mut short = input(&f);
     short.point_distance_m = &f.distance[1..];

@@ -29,8 +29,13 @@ fn site(blocks: u32) -> Site {
         contacts: 1,
         state: PlacementState::Kept,
     };
-    let found = |k| Recognised::of_fit(InstanceId(k + 1), vec![], Fit::of_pose(ModelId(0), pose(k)));
-    let frame = SiteFrame { origin: [1000.0, 2000.0, 0.0], crs: "EPSG:6679".into(), vertical_datum: "T.P.".into() };
+    let found =
+        |k| Recognised::of_fit(InstanceId(k + 1), vec![], Fit::of_pose(ModelId(0), pose(k)));
+    let frame = SiteFrame {
+        origin: [1000.0, 2000.0, 0.0],
+        crs: "EPSG:6679".into(),
+        vertical_datum: "T.P.".into(),
+    };
     Site {
         survey: Survey { frame, ..Survey::default() },
         catalog: Catalog::new(vec![model]),
@@ -47,7 +52,10 @@ fn input(site: &Site) -> ReportInput<'_> {
     input.recognised = &site.recognised;
     input.plan = Some(&site.plan);
     input.survey_date = "2026-11-30".into();
-    let line = |kind, z: f32| SectionLine { kind, points: vec![[-5.0, z], [0.0, f32::NAN], [1.0, z], [5.0, z + 2.0]] };
+    let line = |kind, z: f32| SectionLine {
+        kind,
+        points: vec![[-5.0, z], [0.0, f32::NAN], [1.0, z], [5.0, z + 2.0]],
+    };
     let section = |k: u8| Section {
         label: Text::new(format!("No.{k}"), ""),
         from: Vec2::ZERO,
@@ -106,7 +114,8 @@ fn long_works_take_more_sheets_and_short_ones_none_too_many() {
 #[test]
 fn what_a_user_writes_stays_text() {
     let site = site(4);
-    let pdf = sheets(&input(&site), &SheetSet { author: EVIL.into(), ..SheetSet::default() }).unwrap();
+    let pdf =
+        sheets(&input(&site), &SheetSet { author: EVIL.into(), ..SheetSet::default() }).unwrap();
     for page in pages(&pdf) {
         // Brackets and backslashes of the name are escaped; control characters are gone.
         assert!(page.contains(r"(\) Tj \\ \(<&) Tj"), "{page}");

@@ -70,7 +70,8 @@ impl Review {
             };
             self.placements.iter().find(same).map(|r| r.verdict)
         };
-        let any_locked = plan.placements.iter().any(|p| decision(p) == Some(PlacementDecision::Locked));
+        let any_locked =
+            plan.placements.iter().any(|p| decision(p) == Some(PlacementDecision::Locked));
         let stays = |p: &&Placement| match decision(p) {
             Some(PlacementDecision::Locked) => true,
             Some(PlacementDecision::Struck) => false,

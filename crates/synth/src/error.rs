@@ -102,7 +102,9 @@ pub enum SynthError {
     #[error("works build a plan, and none was given; name the run folder that holds one")]
     NoPlan,
     /// A plan of another catalogue.
-    #[error("placement {order} of the plan is of a block the catalogue lacks; it has {known} types")]
+    #[error(
+        "placement {order} of the plan is of a block the catalogue lacks; it has {known} types"
+    )]
     PlanModel {
         /// Which placement.
         order: u32,

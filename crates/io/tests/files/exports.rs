@@ -40,8 +40,9 @@ fn a_landxml_surface_comes_back() {
     });
     assert!(missing.contains("planned"));
     let broken = text.replace("<F>1 3 4</F>", "<F>1 3 9</F>");
-    let error =
-        of_bytes("s.xml", broken.as_bytes(), |i| landxml::read(i, None).unwrap_err().to_string());
+    let error = of_bytes("s.xml", broken.as_bytes(), |i| {
+        landxml::read(i, Some("as-is")).unwrap_err().to_string()
+    });
     assert!(error.contains("s.xml, line") && error.contains("<F>"), "{error}");
 }
 
@@ -57,10 +58,16 @@ fn a_dxf_has_a_block_per_type_and_an_insert_per_unit() {
     assert_eq!(count("POLYLINE"), 8 + 2 + 2 + 1);
     assert!(text.contains("\nNo.0+5\n") && text.contains("\n-35600"), "station and place");
     assert!(text.is_ascii());
-    // The faces of the block definitions are read as faces.
+    // The faces of the block definitions are read where they are inserted.
     let faces = of_bytes("a.dxf", text.as_bytes(), |i| dxf::read_faces(i).unwrap());
-    assert_eq!(faces.len(), 16);
-    assert_eq!(faces[0], [DVec3::ZERO, DVec3::new(2.0, 1.0, 0.0), DVec3::new(2.0, 0.0, 0.0)]);
+    assert_eq!(faces.len(), 64);
+    let drawing = sample.drawing();
+    let unit = drawing.units().next().unwrap();
+    let mesh = &drawing.catalog.get(unit.model).mesh;
+    for (corner, vertex) in faces[0].iter().zip(mesh.corners(0)) {
+        let expected = drawing.frame.site_from_local(unit.pose.transform_point(vertex));
+        assert!((*corner - expected).length() < 1e-4, "{corner} {expected}");
+    }
 }
 
 #[test]
@@ -135,11 +142,20 @@ fn a_geopackage_is_a_whole_database() {
         6679
     );
     // Every layer has its geometry and a style that QGIS takes as default; the styles' table is registered.
-    let names = ["blocks", "not_judged", "placements", "unfilled", "design", "alignment", "sections"];
+    let names =
+        ["blocks", "not_judged", "placements", "unfilled", "design", "alignment", "sections"];
     for name in names {
         let of = |sql: &str| db.query_row(sql, [name], |row| row.get::<_, i64>(0)).unwrap();
-        assert_eq!(of("SELECT count(*) FROM gpkg_geometry_columns WHERE table_name = ?1"), 1, "{name}");
-        assert_eq!(of("SELECT useAsDefault FROM layer_styles WHERE f_table_name = ?1"), 1, "{name}");
+        assert_eq!(
+            of("SELECT count(*) FROM gpkg_geometry_columns WHERE table_name = ?1"),
+            1,
+            "{name}"
+        );
+        assert_eq!(
+            of("SELECT useAsDefault FROM layer_styles WHERE f_table_name = ?1"),
+            1,
+            "{name}"
+        );
     }
     assert_eq!(number("SELECT count(*) FROM gpkg_contents WHERE table_name = 'layer_styles'"), 1);
     assert_eq!(number("SELECT count(*) FROM not_judged"), 1);
@@ -264,7 +280,11 @@ const EVIL: &str = "=cmd|' /C calc'!A0\u{7}\n<b>\"&é積";
 #[test]
 fn hostile_names_stay_text_in_every_export() {
     let (mut sample, folder) = (sample(), tempfile::tempdir().unwrap());
-    let models: Vec<_> = sample.catalog.iter().map(|(_, m)| scene::BlockModel { name: EVIL.into(), ..m.clone() }).collect();
+    let models: Vec<_> = sample
+        .catalog
+        .iter()
+        .map(|(_, m)| scene::BlockModel { name: EVIL.into(), ..m.clone() })
+        .collect();
     sample.catalog = scene::Catalog::new(models);
     let drawing = io::drawing::Drawing { name: EVIL, ..sample.drawing() };
     let mut hostile = details();
@@ -279,15 +299,20 @@ fn hostile_names_stay_text_in_every_export() {
     for name in ["surfaces.xml", "height.qml"] {
         let text = text(name);
         let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
-        roxmltree::Document::parse_with_options(&text, options).unwrap_or_else(|e| panic!("{name}: {e}"));
+        roxmltree::Document::parse_with_options(&text, options)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(!text.contains("<b>"), "{name}");
     }
     // Pairs of lines only: a name with a line break in it would shift all that follows.
     let dxf = text("blocks.dxf");
-    assert!(dxf.is_ascii() && dxf.lines().step_by(2).all(|code| code.trim().parse::<i32>().is_ok()));
+    assert!(
+        dxf.is_ascii() && dxf.lines().step_by(2).all(|code| code.trim().parse::<i32>().is_ok())
+    );
     assert!(text("blocks.ifc").lines().all(|l| !l.chars().any(char::is_control)));
     // A workbook's text cells are shared strings, never formulas: those are ours, and of cells alone.
-    let mut book = zip::ZipArchive::new(fs::File::open(folder.path().join("quantities.xlsx")).unwrap()).unwrap();
+    let mut book =
+        zip::ZipArchive::new(fs::File::open(folder.path().join("quantities.xlsx")).unwrap())
+            .unwrap();
     let mut read = |name: &str| {
         let mut text = String::new();
         std::io::Read::read_to_string(&mut book.by_name(name).unwrap(), &mut text).unwrap();
@@ -297,7 +322,10 @@ fn hostile_names_stay_text_in_every_export() {
         let sheet = read(&format!("xl/worksheets/sheet{sheet}.xml"));
         for formula in sheet.split("<f>").skip(1) {
             let formula = formula.split("</f>").next().unwrap();
-            assert!(formula.chars().all(|c| c.is_ascii_alphanumeric() || "()+*/:".contains(c)), "{formula}");
+            assert!(
+                formula.chars().all(|c| c.is_ascii_alphanumeric() || "()+*/:".contains(c)),
+                "{formula}"
+            );
         }
     }
     assert!(read("xl/sharedStrings.xml").contains("=cmd|"));
@@ -308,7 +336,12 @@ fn works_reach_every_format() {
     let (sample, folder) = (sample(), tempfile::tempdir().unwrap());
     let map = geom::HeightMap { origin: [0.0; 2], cell_m: 1.0, nx: 4, ny: 4, z_m: vec![1.0; 16] };
     let maps = [("height", io::raster::Raster::of_heights(&map, &sample.frame))];
-    let set = io::export_set::ExportSet { drawing: sample.drawing(), seed: 1, maps: &maps, surfaces: &["height"] };
+    let set = io::export_set::ExportSet {
+        drawing: sample.drawing(),
+        seed: 1,
+        maps: &maps,
+        surfaces: &["height"],
+    };
     io::export_set::write_with(folder.path(), &set, &details()).unwrap();
     let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
     let land = text("surfaces.xml");
@@ -322,7 +355,8 @@ fn works_reach_every_format() {
     assert!(ifc.contains("IFCMATERIAL('Concrete'") && ifc.contains("'2026-11-30T00:00:00'"));
     let db = rusqlite::Connection::open(folder.path().join("project.gpkg")).unwrap();
     for (layer, count) in [("alignment", 1), ("design", 1), ("sections", 2), ("unfilled", 1)] {
-        let found: i64 = db.query_row(&format!("SELECT count(*) FROM {layer}"), [], |r| r.get(0)).unwrap();
+        let found: i64 =
+            db.query_row(&format!("SELECT count(*) FROM {layer}"), [], |r| r.get(0)).unwrap();
         assert_eq!(found, count, "{layer}");
     }
 }

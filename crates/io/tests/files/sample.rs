@@ -5,7 +5,10 @@ use io::details::{Details, Unfilled};
 use io::drawing::{Drawing, SectionLine};
 use io::raster::Raster;
 use io::tin::Tin;
-use scene::{AreaVolume, BlockModel, Catalog, ConvexPart, Fit, Guess, InstanceId, ModelId, Placement, PlacementState, Recognised, SectionQuantity, SiteFrame, SymmetryGroup, Verdict};
+use scene::{
+    AreaVolume, BlockModel, Catalog, ConvexPart, Fit, Guess, InstanceId, ModelId, Placement,
+    PlacementState, Recognised, SectionQuantity, SiteFrame, SymmetryGroup, Verdict,
+};
 
 /// Owns what a [`Drawing`] borrows.
 pub struct Sample {
@@ -155,8 +158,20 @@ pub fn details() -> Details {
     Details {
         survey_date: "2026-11-30".into(),
         alignment: vec![[-35_600.0, -12_310.0], [-35_600.0, -12_290.0]],
-        design_lines: vec![(true, vec![[-35_601.0, -12_301.0, 3.0], [-35_590.0, -12_301.0, 3.0], [-35_590.0, -12_290.0, 3.0]])],
-        unfilled: vec![Unfilled { centre: [-35_595.0, -12_299.0], half_m: 0.5, void_m3: 0.75, reason: "too shallow".into() }],
+        design_lines: vec![(
+            true,
+            vec![
+                [-35_601.0, -12_301.0, 3.0],
+                [-35_590.0, -12_301.0, 3.0],
+                [-35_590.0, -12_290.0, 3.0],
+            ],
+        )],
+        unfilled: vec![Unfilled {
+            centre: [-35_595.0, -12_299.0],
+            half_m: 0.5,
+            void_m3: 0.75,
+            reason: "too shallow".into(),
+        }],
         quantities: vec![
             SectionQuantity::default(),
             SectionQuantity {

@@ -46,7 +46,8 @@ pub(crate) struct Embedded {
 
 const LATIN: &[u8] = b"F1";
 const JAPANESE: &[u8] = b"F2";
-const IDENTITY: SystemInfo = SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
+const IDENTITY: SystemInfo =
+    SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 /// Widths of Helvetica from the blank to the tilde, thousandths of the height (Adobe's metrics of the standard fonts).
 const HELVETICA: [u16; 95] = [
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556,
@@ -61,7 +62,8 @@ impl Font {
     pub fn new(source: Option<&SheetFont>) -> Self {
         let whole = |s: &&SheetFont| {
             Face::parse(&s.data, s.index).is_ok_and(|f| {
-                ['工', 'A', '図'].iter().all(|c| f.glyph_index(*c).is_some()) && f.is_subsetting_allowed()
+                ['工', 'A', '図'].iter().all(|c| f.glyph_index(*c).is_some())
+                    && f.is_subsetting_allowed()
             })
         };
         match source.filter(whole) {
@@ -110,10 +112,9 @@ impl Font {
     ) -> Result<Vec<(Name<'static>, Ref)>, ReportError> {
         match self {
             Self::Embedded(font) => Ok(vec![(Name(LATIN), font.write(pdf, next)?)]),
-            Self::Standard => Ok(vec![
-                (Name(LATIN), helvetica(pdf, next())),
-                (Name(JAPANESE), heisei(pdf, next)),
-            ]),
+            Self::Standard => {
+                Ok(vec![(Name(LATIN), helvetica(pdf, next())), (Name(JAPANESE), heisei(pdf, next))])
+            }
         }
     }
 }
@@ -124,7 +125,9 @@ fn standard(c: char) -> (&'static [u8], Vec<u8>, f32) {
     let latin = match c {
         ' '..='~' => Some((c as u8, HELVETICA[c as usize - 32])),
         '–' => Some((0x96, 556)),
-        '°' | '±' | '²' | '³' | '·' => Some((c as u32 as u8, if c == '·' { 278 } else { 400 })),
+        '°' | '±' | '²' | '³' | '·' => {
+            Some((c as u32 as u8, if c == '·' { 278 } else { 400 }))
+        }
         'à'..='ÿ' | 'À'..='ß' => Some((c as u32 as u8, 556)),
         _ => None,
     };
@@ -197,11 +200,13 @@ impl Embedded {
 
     fn write(&self, pdf: &mut Pdf, next: &mut impl FnMut() -> Ref) -> Result<Ref, ReportError> {
         let fail = |e: String| ReportError::Pack(format!("font of the sheets: {e}"));
-        let face = Face::parse(&self.source.data, self.source.index).map_err(|e| fail(e.to_string()))?;
+        let face =
+            Face::parse(&self.source.data, self.source.index).map_err(|e| fail(e.to_string()))?;
         let cut = subsetter::subset(&self.source.data, self.source.index, &self.remapper)
             .map_err(|e| fail(e.to_string()))?;
         // OpenType with PostScript outlines: PDF wants the outlines alone.
-        let outlines = RawFace::parse(&cut, 0).ok().and_then(|raw| raw.table(Tag::from_bytes(b"CFF ")));
+        let outlines =
+            RawFace::parse(&cut, 0).ok().and_then(|raw| raw.table(Tag::from_bytes(b"CFF ")));
         let [id, cid, descriptor, file, map] = [next(), next(), next(), next(), next()];
         let name = Name(b"TSUMUA+Sheet");
         pdf.type0_font(id)
@@ -235,7 +240,11 @@ impl Embedded {
             .descent(number(face.descender()))
             .cap_height(number(face.capital_height().unwrap_or(face.ascender())))
             .stem_v(80.0);
-        if outlines.is_some() { about.font_file3(file) } else { about.font_file2(file) };
+        if outlines.is_some() {
+            about.font_file3(file)
+        } else {
+            about.font_file2(file)
+        };
         about.finish();
         let bytes = super::packed(outlines.unwrap_or(&cut))?;
         let mut stream = pdf.stream(file, &bytes);

@@ -16,7 +16,13 @@ pub(crate) const FIELD: [f32; 4] = [25.0, 48.0, WIDTH_MM - 15.0, HEIGHT_MM - 15.
 /// Height of the title block.
 const BLOCK_MM: f32 = 30.0;
 
-pub(crate) fn draw(paper: &mut Paper, input: &ReportInput, set: &SheetSet, sheet: &Sheet, n: [usize; 2]) {
+pub(crate) fn draw(
+    paper: &mut Paper,
+    input: &ReportInput,
+    set: &SheetSet,
+    sheet: &Sheet,
+    n: [usize; 2],
+) {
     let (left, low, right) = (20.0, 10.0, WIDTH_MM - 10.0);
     paper.rect([left, low], [right - left, HEIGHT_MM - 20.0], None, Some(THICK));
     let top = low + BLOCK_MM;
@@ -58,11 +64,8 @@ pub(crate) fn draw(paper: &mut Paper, input: &ReportInput, set: &SheetSet, sheet
 
 /// Boxes to be stamped.
 fn approval(paper: &mut Paper, left: f32, top: f32, right: f32) {
-    let names = [
-        Text::new("Drawn", "作成"),
-        Text::new("Checked", "照査"),
-        Text::new("Approved", "承認"),
-    ];
+    let names =
+        [Text::new("Drawn", "作成"), Text::new("Checked", "照査"), Text::new("Approved", "承認")];
     let wide = (right - left) / names.len() as f32;
     for (k, name) in names.iter().enumerate() {
         let x = left + wide * k as f32;

@@ -75,7 +75,9 @@ fn document(input: &ReportInput, font: &Font, pages: &[Vec<u8>]) -> Result<Vec<u
     const MM: f32 = 72.0 / 25.4;
     for ([page, content], bytes) in ids.iter().zip(pages) {
         let mut p = pdf.page(*page);
-        p.parent(tree).media_box(Rect::new(0.0, 0.0, WIDTH_MM * MM, HEIGHT_MM * MM)).contents(*content);
+        p.parent(tree)
+            .media_box(Rect::new(0.0, 0.0, WIDTH_MM * MM, HEIGHT_MM * MM))
+            .contents(*content);
         let mut resources = p.resources();
         let mut list = resources.fonts();
         for (name, id) in &fonts {

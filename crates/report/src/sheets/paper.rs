@@ -65,7 +65,11 @@ impl<'a> Paper<'a> {
     fn trace(&mut self, points: &[[f32; 2]]) {
         for (i, [x, y]) in points.iter().enumerate() {
             let (x, y) = (x * MM, y * MM);
-            if i == 0 { self.content.move_to(x, y) } else { self.content.line_to(x, y) };
+            if i == 0 {
+                self.content.move_to(x, y)
+            } else {
+                self.content.line_to(x, y)
+            };
         }
     }
 
@@ -145,12 +149,26 @@ impl<'a> Paper<'a> {
     }
 
     /// Both languages, Japanese first, as labels on drawings stand.
-    pub fn label(&mut self, at: [f32; 2], size_mm: f32, align: Align, text: &Text, ink: Rgb) -> f32 {
+    pub fn label(
+        &mut self,
+        at: [f32; 2],
+        size_mm: f32,
+        align: Align,
+        text: &Text,
+        ink: Rgb,
+    ) -> f32 {
         self.words(at, size_mm, align, &both(text), ink)
     }
 
     /// A sentence on lines of a width, from its first base line down; returns where the next line would stand.
-    pub fn paragraph(&mut self, at: [f32; 2], size_mm: f32, width_mm: f32, text: &str, ink: Rgb) -> f32 {
+    pub fn paragraph(
+        &mut self,
+        at: [f32; 2],
+        size_mm: f32,
+        width_mm: f32,
+        text: &str,
+        ink: Rgb,
+    ) -> f32 {
         let (mut line, mut y) = (String::new(), at[1]);
         for word in words_of(text) {
             let longer = format!("{line}{word}");
@@ -186,7 +204,11 @@ fn words_of(text: &str) -> Vec<String> {
 }
 
 pub(crate) fn both(text: &Text) -> String {
-    if text.ja.is_empty() || text.ja == text.en { text.en.clone() } else { format!("{} {}", text.ja, text.en) }
+    if text.ja.is_empty() || text.ja == text.en {
+        text.en.clone()
+    } else {
+        format!("{} {}", text.ja, text.en)
+    }
 }
 
 fn shares(colour: Rgb) -> [f32; 3] {

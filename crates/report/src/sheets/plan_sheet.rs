@@ -1,9 +1,9 @@
 //! Plan sheets: 20 to 30 m of the works each, blocks as they lie, order numbers, alignment with chainage.
 
+use super::Sheet;
 use super::frame::{FIELD, HAIR, INK, SOFT, THIN};
 use super::paper::{Align, Paper, Pen};
 use super::view::{View, scale_bar, scale_for};
-use super::Sheet;
 use crate::colour::{ADDED, NOT_JUDGED, Rgb};
 use crate::{ReportInput, Text};
 use geom::{Pose, Vec2, silhouette};
@@ -46,7 +46,12 @@ fn outlines_of<'a>(input: &'a ReportInput) -> impl Iterator<Item = Block> + 'a {
     };
     let found = input.recognised.iter().filter_map(move |r| {
         let fit = r.fit()?;
-        Some(block(fit.model, fit.site_from_block, if r.is_stated() { FOUND } else { NOT_JUDGED }, None))
+        Some(block(
+            fit.model,
+            fit.site_from_block,
+            if r.is_stated() { FOUND } else { NOT_JUDGED },
+            None,
+        ))
     });
     let added = input.plan.iter().flat_map(|p| &p.placements);
     found.chain(added.map(move |p| block(p.model, p.rest, ADDED, Some(p.order))))
@@ -65,10 +70,13 @@ pub(super) fn sheets<'a>(input: &'a ReportInput<'a>) -> Vec<Sheet<'a>> {
     let part = length / count as f32;
     let one = |k: usize| {
         let (from, to) = (k as f32 * part, (k + 1) as f32 * part);
-        let (line, title) = (line.clone(), Text::new(
-            format!("Plan {:.0}–{:.0} m", from, to),
-            format!("平面図 {from:.0}～{to:.0} m"),
-        ));
+        let (line, title) = (
+            line.clone(),
+            Text::new(
+                format!("Plan {:.0}–{:.0} m", from, to),
+                format!("平面図 {from:.0}～{to:.0} m"),
+            ),
+        );
         let draw = move |paper: &mut Paper| stretch(paper, input, &line, [from, to], reach, scale);
         Sheet { title, scale: format!("1:{scale:.0}"), draw: Box::new(draw) }
     };
@@ -126,9 +134,13 @@ pub(super) fn overview(paper: &mut Paper, input: &ReportInput, low: [f32; 2], si
     let (Some(first), Some(last)) = (line.first(), line.last()) else { return };
     let along = (*last - *first).normalize_or(Vec2::X);
     let left = along.perp();
-    let corners: Vec<Vec2> = line.iter().flat_map(|p| [*p + left * reach[0], *p - left * reach[1]]).collect();
+    let corners: Vec<Vec2> =
+        line.iter().flat_map(|p| [*p + left * reach[0], *p - left * reach[1]]).collect();
     let range = |axis: Vec2| {
-        corners.iter().map(|p| p.dot(axis)).fold([f32::MAX, f32::MIN], |[l, h], v| [l.min(v), h.max(v)])
+        corners
+            .iter()
+            .map(|p| p.dot(axis))
+            .fold([f32::MAX, f32::MIN], |[l, h], v| [l.min(v), h.max(v)])
     };
     let ([u0, u1], [v0, v1]) = (range(along), range(left));
     let middle = along * (u0 + u1) / 2.0 + left * (v0 + v1) / 2.0;
@@ -157,7 +169,8 @@ fn blocks(paper: &mut Paper, input: &ReportInput, view: &View, size: [f32; 2], n
     let mut shown: Vec<Block> = outlines_of(input)
         .filter(|b| {
             let d = view.on(b.centre);
-            (d[0] - view.at[0]).abs() < size[0] / 2.0 + 30.0 && (d[1] - view.at[1]).abs() < size[1] / 2.0 + 30.0
+            (d[0] - view.at[0]).abs() < size[0] / 2.0 + 30.0
+                && (d[1] - view.at[1]).abs() < size[1] / 2.0 + 30.0
         })
         .collect();
     // What lies higher hides what lies lower, as from above.
@@ -167,7 +180,9 @@ fn blocks(paper: &mut Paper, input: &ReportInput, view: &View, size: [f32; 2], n
     for b in &shown {
         if discs {
             let ([x, y], r) = (view.on(b.centre), radius_mm(b) * 0.7);
-            let corner = |k: i32| [x + r * (k as f32).to_radians().cos(), y + r * (k as f32).to_radians().sin()];
+            let corner = |k: i32| {
+                [x + r * (k as f32).to_radians().cos(), y + r * (k as f32).to_radians().sin()]
+            };
             paper.rings(&[(0..6).map(|k| corner(k * 60)).collect()], Some(b.fill), None);
             continue;
         }
@@ -253,7 +268,11 @@ fn legend(paper: &mut Paper, input: &ReportInput, at: [f32; 2]) {
     let mut x = at[0];
     let entries = [
         (FOUND, Text::new("recognised", "認識"), input.recognised.iter().any(|r| r.is_stated())),
-        (NOT_JUDGED, Text::new("not judged", "判定不能"), input.recognised.iter().any(|r| !r.is_stated())),
+        (
+            NOT_JUDGED,
+            Text::new("not judged", "判定不能"),
+            input.recognised.iter().any(|r| !r.is_stated()),
+        ),
         (ADDED, Text::new("to place (order)", "据付（順序）"), input.plan.is_some()),
     ];
     for (colour, words, there) in entries {

@@ -1,8 +1,8 @@
 //! The block schedule: what the crane places, in its order.
 
+use super::Sheet;
 use super::frame::{FIELD, HAIR, INK, SOFT, THIN};
 use super::paper::{Align, Paper};
-use super::Sheet;
 use crate::text::grouped;
 use crate::{ReportInput, Text};
 use scene::Placement;
@@ -73,9 +73,8 @@ fn column(paper: &mut Paper, input: &ReportInput, part: &[Placement], left: f32)
 
 fn cells(input: &ReportInput, p: &Placement) -> [String; 8] {
     let model = input.catalog.get(p.model);
-    let site = |pose: &geom::Pose| {
-        input.survey.frame.site_from_local(pose.transform_point(model.centre))
-    };
+    let site =
+        |pose: &geom::Pose| input.survey.frame.site_from_local(pose.transform_point(model.centre));
     let (rest, drop) = (site(&p.rest), site(&p.drop));
     [
         p.order.to_string(),

@@ -1,9 +1,9 @@
 //! Cross-sections at scale, several to a sheet, with levels and offsets.
 
+use super::Sheet;
 use super::frame::{FIELD, HAIR, INK, SOFT};
 use super::paper::{Align, Paper, Pen};
 use super::view::{scale_bar, scale_for};
-use super::Sheet;
 use crate::{ReportInput, Section, SectionLineKind, Text};
 
 const COLUMNS: usize = 2;
@@ -45,9 +45,8 @@ pub(super) fn sheets<'a>(input: &'a ReportInput<'a>) -> Vec<Sheet<'a>> {
 
 /// Range of offsets and of levels.
 fn extent(s: &Section) -> Option<[[f32; 2]; 2]> {
-    let points = || {
-        s.lines.iter().flat_map(|l| &l.points).filter(|p| p[0].is_finite() && p[1].is_finite())
-    };
+    let points =
+        || s.lines.iter().flat_map(|l| &l.points).filter(|p| p[0].is_finite() && p[1].is_finite());
     points().next()?;
     let range = |axis: usize| {
         points().fold([f32::MAX, f32::MIN], |[l, h], p| [l.min(p[axis]), h.max(p[axis])])
@@ -103,6 +102,8 @@ fn legend(paper: &mut Paper) {
     let (mut x, y) = (FIELD[0] + 70.0, FIELD[3] - 5.0);
     for (kind, en, ja) in KINDS {
         paper.line(&[[x, y], [x + 9.0, y]], pen(kind));
-        x += 11.0 + paper.label([x + 10.5, y - 1.0], 2.8, Align::Left, &Text::new(en, ja), INK) + 6.0;
+        x += 11.0
+            + paper.label([x + 10.5, y - 1.0], 2.8, Align::Left, &Text::new(en, ja), INK)
+            + 6.0;
     }
 }

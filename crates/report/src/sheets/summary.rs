@@ -16,15 +16,32 @@ pub(super) fn sheet<'a>(input: &'a ReportInput<'a>) -> Sheet<'a> {
         let (sentence, sub) = answer(input);
         let width = FIELD[2] - FIELD[0];
         let mut y = FIELD[3] - 10.0;
-        for (text, size, ink) in [(&sentence.ja, 6.0, INK), (&sentence.en, 5.0, INK), (&sub.ja, 3.0, SOFT), (&sub.en, 3.0, SOFT)] {
+        for (text, size, ink) in [
+            (&sentence.ja, 6.0, INK),
+            (&sentence.en, 5.0, INK),
+            (&sub.ja, 3.0, SOFT),
+            (&sub.en, 3.0, SOFT),
+        ] {
             if !text.is_empty() {
                 y = paper.paragraph([FIELD[0], y], size, width, text, ink) - 1.0;
             }
         }
         y = lights_row(paper, input, y - 2.0);
-        let left = table(paper, [FIELD[0], y - 8.0], 170.0, &Text::new("Figures", "数値"), &figures(input));
+        let left = table(
+            paper,
+            [FIELD[0], y - 8.0],
+            170.0,
+            &Text::new("Figures", "数値"),
+            &figures(input),
+        );
         let types = types(input);
-        let right = table(paper, [FIELD[0] + 195.0, y - 8.0], 175.0, &Text::new("Block types", "ブロックの種類"), &types);
+        let right = table(
+            paper,
+            [FIELD[0] + 195.0, y - 8.0],
+            175.0,
+            &Text::new("Block types", "ブロックの種類"),
+            &types,
+        );
         let under = notes(paper, input, [FIELD[0] + 195.0, right - 6.0]).min(left) - 6.0;
         if under - FIELD[1] > 50.0 {
             plan_sheet::overview(paper, input, [FIELD[0], FIELD[1]], [width, under - FIELD[1]]);
@@ -55,7 +72,13 @@ fn lights_row(paper: &mut Paper, input: &ReportInput, top: f32) -> f32 {
 }
 
 /// Heading and rows of name and value; returns where it ends.
-fn table(paper: &mut Paper, [x, top]: [f32; 2], wide: f32, head: &Text, rows: &[(String, String)]) -> f32 {
+fn table(
+    paper: &mut Paper,
+    [x, top]: [f32; 2],
+    wide: f32,
+    head: &Text,
+    rows: &[(String, String)],
+) -> f32 {
     paper.label([x, top], 4.0, Align::Left, head, INK);
     let mut y = top - 3.0;
     paper.line(&[[x, y], [x + wide, y]], THIN);
@@ -73,7 +96,8 @@ fn table(paper: &mut Paper, [x, top]: [f32; 2], wide: f32, head: &Text, rows: &[
 }
 
 fn figures(input: &ReportInput) -> Vec<(String, String)> {
-    let value = |f: &crate::Figure| format!("{} {}", grouped(&f.value), f.unit).trim_end().to_string();
+    let value =
+        |f: &crate::Figure| format!("{} {}", grouped(&f.value), f.unit).trim_end().to_string();
     input.figures.iter().map(|f| (both(&f.label), value(f))).collect()
 }
 
@@ -81,7 +105,8 @@ fn types(input: &ReportInput) -> Vec<(String, String)> {
     let row = |(id, m): (scene::ModelId, &scene::BlockModel)| {
         let found = scene::stated(input.recognised).filter(|(_, f)| f.model == id).count();
         let added = input.plan.map_or(0, |p| p.placements.iter().filter(|p| p.model == id).count());
-        let size = format!("{} ({} m³, {} t)", m.name, digits(m.volume_m3), digits(m.mass_kg() / 1000.0));
+        let size =
+            format!("{} ({} m³, {} t)", m.name, digits(m.volume_m3), digits(m.mass_kg() / 1000.0));
         (size, format!("認識 found {found}   据付 to place {added}"))
     };
     input.catalog.iter().map(row).collect()
@@ -103,7 +128,8 @@ fn notes(paper: &mut Paper, input: &ReportInput, [x, top]: [f32; 2]) -> f32 {
         y -= 6.0;
         for text in list {
             if y > FIELD[1] + 8.0 {
-                y = paper.paragraph([x + 1.0, y], 2.7, wide, &format!("・{}", both(&text)), INK) - 0.6;
+                y = paper.paragraph([x + 1.0, y], 2.7, wide, &format!("・{}", both(&text)), INK)
+                    - 0.6;
             }
         }
         y -= 4.0;
@@ -115,9 +141,27 @@ fn notes(paper: &mut Paper, input: &ReportInput, [x, top]: [f32; 2]) -> f32 {
 pub(super) fn annex<'a>(input: &'a ReportInput<'a>) -> Sheet<'a> {
     let draw = move |paper: &mut Paper| {
         let top = FIELD[3] - 8.0;
-        table(paper, [FIELD[0], top], 120.0, &Text::new("Tried and removed", "試行後に除外"), &removed(input));
-        table(paper, [FIELD[0] + 128.0, top], 120.0, &Text::new("What stays unfilled", "充填されない箇所"), &unfilled(input));
-        table(paper, [FIELD[0] + 256.0, top], 124.0, &Text::new("Where this comes from", "来歴"), &origin(input));
+        table(
+            paper,
+            [FIELD[0], top],
+            120.0,
+            &Text::new("Tried and removed", "試行後に除外"),
+            &removed(input),
+        );
+        table(
+            paper,
+            [FIELD[0] + 128.0, top],
+            120.0,
+            &Text::new("What stays unfilled", "充填されない箇所"),
+            &unfilled(input),
+        );
+        table(
+            paper,
+            [FIELD[0] + 256.0, top],
+            124.0,
+            &Text::new("Where this comes from", "来歴"),
+            &origin(input),
+        );
     };
     Sheet { title: Text::new("Annex", "付録"), scale: "–".into(), draw: Box::new(draw) }
 }
@@ -145,11 +189,19 @@ fn unfilled(input: &ReportInput) -> Vec<(String, String)> {
             None => reasons.push((&w.reason, 1, w.void_m3)),
         }
     }
-    let value = |n: usize, v: f32| format!("{}   {} m³", grouped(&n.to_string()), grouped(&format!("{v:.1}")));
+    let value = |n: usize, v: f32| {
+        format!("{}   {} m³", grouped(&n.to_string()), grouped(&format!("{v:.1}")))
+    };
     reasons.into_iter().map(|(reason, n, v)| (both(reason), value(n, v))).collect()
 }
 
 fn origin(input: &ReportInput) -> Vec<(String, String)> {
-    let short = |v: &String| if v.chars().count() > 34 { format!("{}…", v.chars().take(33).collect::<String>()) } else { v.clone() };
+    let short = |v: &String| {
+        if v.chars().count() > 34 {
+            format!("{}…", v.chars().take(33).collect::<String>())
+        } else {
+            v.clone()
+        }
+    };
     input.provenance.iter().map(|(name, value)| (both(name), short(value))).collect()
 }

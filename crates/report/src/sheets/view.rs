@@ -1,7 +1,7 @@
 //! A window of the site on a sheet: a scale, a turn, and where things fall.
 
-use super::paper::{Align, Paper, Pen};
 use super::frame::{INK, THIN};
+use super::paper::{Align, Paper, Pen};
 use geom::Vec2;
 
 /// Scales that rulers have.
@@ -60,7 +60,12 @@ pub(crate) fn scale_bar(paper: &mut Paper, at: [f32; 2], scale: f32) {
     let pen = Pen::solid(0.2, INK);
     for k in 0..4 {
         let fill = if k % 2 == 0 { INK } else { [255, 255, 255] };
-        paper.rect([at[0] + long * k as f32 / 4.0, at[1]], [long / 4.0, 1.6], Some(fill), Some(pen));
+        paper.rect(
+            [at[0] + long * k as f32 / 4.0, at[1]],
+            [long / 4.0, 1.6],
+            Some(fill),
+            Some(pen),
+        );
     }
     paper.words([at[0], at[1] + 2.6], 2.6, Align::Middle, "0", INK);
     paper.words([at[0] + long, at[1] + 2.6], 2.6, Align::Middle, &format!("{metres} m"), INK);

@@ -14,7 +14,7 @@ pub use happening::{Datum, Sinking, Storm, Then, Works};
 use crate::recipe::Recipe;
 use crate::scene::measure;
 use crate::{SynthError, SynthScene};
-use geom::{DVec3, Quat, SeedTree, Vec3};
+use geom::{DVec3, Plane, Quat, SeedTree, Vec3};
 use scene::{Catalog, InstanceId, ModelId, PlacedBlock, Plan, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -81,6 +81,8 @@ pub struct TrueChange {
     pub turn_rad: f32,
     /// Share of the leg that broke off; 0 for a whole block.
     pub lost_leg: f32,
+    /// What lies beyond this plane (block coordinates) is gone.
+    pub cut: Option<Plane>,
 }
 
 /// The second epoch.
@@ -142,6 +144,7 @@ struct Start {
     /// Velocity of the centre, m/s.
     speed: Vec3,
     lost_leg: f32,
+    cut: Option<Plane>,
     /// Falls onto the pile after the rest has settled.
     last: bool,
 }
@@ -174,8 +177,8 @@ fn changes(
         };
         let to = block.site_from_block;
         let shift_m = from.map_or(Vec3::ZERO, |from| to * model.centre - from * model.centre);
-        let turn_rad = from
-            .map_or(0.0, |from| model.symmetry.rotation_error_rad(to.rotation, from.rotation));
+        let turn_rad =
+            from.map_or(0.0, |from| model.symmetry.rotation_error_rad(to.rotation, from.rotation));
         out.push(TrueChange {
             earlier: start.earlier,
             later: Some(block.block),
@@ -185,6 +188,7 @@ fn changes(
             shift_m,
             turn_rad,
             lost_leg: start.lost_leg,
+            cut: start.cut,
         });
     }
     let gone = |what, earlier, planned, model| TrueChange {
@@ -196,6 +200,7 @@ fn changes(
         shift_m: Vec3::ZERO,
         turn_rad: 0.0,
         lost_leg: 0.0,
+        cut: None,
     };
     out.extend(events.gone.iter().map(|b| gone(What::Missing, Some(b.block), None, b.model)));
     out.extend(events.skipped.iter().map(|&(o, m)| gone(What::Skipped, None, Some(o), m)));
