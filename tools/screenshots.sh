@@ -11,7 +11,7 @@ work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 "$program" run examples/breakwater --out "$work/run"
 node tools/browser/report.mjs "$work/run/report.html" "$work/shots"
-for name in view cut review sections; do
+for name in report cut review sections; do
   size="$(stat -c %s "$work/shots/$name.png")"
   [ "$size" -le 300000 ] || { echo "$name.png has $size bytes: too large for the guide"; exit 1; }
   cp "$work/shots/$name.png" "docs/guide/images/$name.png"

@@ -54,8 +54,8 @@ const nodes = await page.evaluate(() => document.getElementsByTagName("*").lengt
 check("the page is small", nodes <= 8000, `${nodes} nodes`);
 check("the head is a sentence with four lights", (await page.textContent("h1")).length > 10 && await page.locator(".light").count() === 4, JSON.stringify(await page.textContent("h1 span, h1")));
 check("3D stands on the first screen, full width", await page.locator("#scene").evaluate(s => { const r = s.getBoundingClientRect(); return r.top < innerHeight / 2 && document.querySelector("#stage").getBoundingClientRect().width > innerWidth * 0.9; }));
-await shot("report");
-await shot("view", "#stage");
+await shot("whole");
+if (pictures) await page.screenshot({ path: `${pictures}/report.png` });
 
 const { found, added, works } = await page.evaluate(() => ({ found: tsumu.data.found.length, added: tsumu.data.added.length, works: Boolean(tsumu.sections.works) }));
 console.log(`       ${found} blocks found, ${added} to place`);
@@ -182,10 +182,10 @@ check("what has the focus shows it", unseen.length === 0, unseen.join(", "));
 await page.click("[data-set-lang=ja]");
 check("Japanese", await page.locator("h2 [lang=ja]").first().isVisible() && !await page.locator("h2 [lang=en]").first().isVisible());
 check("X is north in Japanese", !found || !await page.evaluate(() => tsumu.data.crs) || (await page.textContent("#found-table .vhead")).includes("北（X）"));
-await shot("report-ja");
+await shot("whole-ja");
 await page.click("#theme");
 await settled();
-await shot("report-dark");
+await shot("whole-dark");
 await page.click("#theme");
 await page.click("[data-set-lang=en]");
 await page.setViewportSize({ width: 390, height: 844 });
