@@ -69,15 +69,19 @@ mod tests {
     use crate::{Quat, Vec3};
 
     fn cube(at: Vec3) -> TriMesh {
-        let corner = |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) + at;
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        let corner =
+            |i: usize| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) + at;
+        let quads =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles =
+            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
         TriMesh { vertices: (0..8).map(corner).collect(), triangles }
     }
 
     fn area(rings: &[Vec<Vec2>]) -> f64 {
         let one = |r: &Vec<Vec2>| {
-            twice_area(&r.iter().map(|p| [f64::from(p.x), f64::from(p.y)]).collect::<Vec<_>>()) / 2.0
+            twice_area(&r.iter().map(|p| [f64::from(p.x), f64::from(p.y)]).collect::<Vec<_>>())
+                / 2.0
         };
         rings.iter().map(one).sum()
     }

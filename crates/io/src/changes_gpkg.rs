@@ -172,8 +172,7 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
             change(db, between, row, date(between.to), srs, &mut extents[2])?;
         }
     }
-    let tables =
-        [("blocks", "POINT"), ("observations", "POINT"), ("changes", "LINESTRING")];
+    let tables = [("blocks", "POINT"), ("observations", "POINT"), ("changes", "LINESTRING")];
     for ((table, kind), extent) in tables.into_iter().zip(extents) {
         let [x0, y0, x1, y1] = extent.bounds();
         db.execute(
@@ -312,11 +311,8 @@ mod tests {
     use super::*;
 
     fn store(epochs: usize) -> Store {
-        let epoch = |epoch| EpochRow {
-            epoch,
-            date: format!("202{epoch}-05-01"),
-            ..EpochRow::default()
-        };
+        let epoch =
+            |epoch| EpochRow { epoch, date: format!("202{epoch}-05-01"), ..EpochRow::default() };
         let seen = |epoch: usize| ObservationRow {
             block_id: 1,
             epoch,

@@ -8,8 +8,7 @@
 
 use crate::fit::{CentredPose, FitPoint, agreement};
 use crate::sight::{Seen, Sight};
-use geom::point_grid::thin;
-use geom::{DistanceField, MeshError, PointGrid, Pose, SeedTree, Vec3};
+use geom::{DistanceField, MeshError, PointGrid, Pose, SeedTree, Vec3, thin_from_lowest};
 use rayon::prelude::*;
 use scene::{BlockModel, Catalog, ModelId, Survey};
 
@@ -239,7 +238,7 @@ impl Work {
     pub(crate) fn new(survey: &Survey, d_max_m: f32, noise_sd_m: f32) -> Self {
         let all = &survey.cloud.position_m;
         let cell_m = d_max_m / 32.0;
-        let kept = thin(all, cell_m).kept;
+        let kept = thin_from_lowest(all, cell_m).kept;
         let position: Vec<Vec3> = kept.iter().map(|&i| all[i as usize]).collect();
         let toward = |p: Vec3| crate::measured::toward_sensor(p, &survey.sensor_positions);
         let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward(p)).collect();
