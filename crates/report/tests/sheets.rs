@@ -88,17 +88,17 @@ fn every_sheet_has_its_title_block_and_counts_itself() {
     let pdf = sheets(&input(&site), &SheetSet::default()).unwrap();
     assert!(pdf.starts_with(b"%PDF-1.") && pdf.ends_with(b"%%EOF"));
     let pages = pages(&pdf);
-    // Summary, one stretch of 28 m, sections, schedule, annex.
-    assert_eq!(pages.len(), 5);
+    // Summary, one stretch of 28 m, eight sections on two, schedule, annex.
+    assert_eq!(pages.len(), 6);
     for (i, page) in pages.iter().enumerate() {
-        assert!(page.contains(&format!("({} / 5) Tj", i + 1)), "sheet {}", i + 1);
+        assert!(page.contains(&format!("({} / 6) Tj", i + 1)), "sheet {}", i + 1);
         assert!(page.contains("(2026-11-30) Tj") && page.contains("Approved"));
     }
     assert!(pages[1].contains("(1:") && pages[1].contains("(N) Tj") && pages[1].contains(" m) Tj"));
     // Order numbers of the plan on its sheet and in the schedule.
-    assert!(pages[1].contains("(10) Tj") && pages[3].contains("(10) Tj"));
+    assert!(pages[1].contains("(10) Tj") && pages[4].contains("(10) Tj"));
     // Placed at 1000 + 1.5 east, 2000 north.
-    assert!(pages[3].contains("(2,000.000) Tj") && pages[3].contains("(1,001.500) Tj"));
+    assert!(pages[4].contains("(2,000.000) Tj") && pages[4].contains("(1,001.500) Tj"));
 }
 
 #[test]
