@@ -48,6 +48,7 @@ export class Review {
     Object.assign(this.viewer.state, { fade: null, onlyPoints: 0, showAdded: this.before.added, pointMode: this.before.mode, showPoints: this.before.points, showDesign: this.before.design });
     this.viewer.update();
     this.show();
+    document.dispatchEvent(new Event("review"));
   }
   // The plan is hidden, neighbours are faded, and only this block's points remain, coloured by their distance to it.
   isolate() {
