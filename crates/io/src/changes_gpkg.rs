@@ -138,7 +138,18 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
         let [dx, dy, dz] = e.shift_m;
         db.execute(
             "INSERT INTO epochs VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
-            params![e.epoch, e.date, e.survey, store.crs, e.basis, dx, dy, dz, e.yaw_deg, e.sd_z_m],
+            params![
+                e.epoch as i64,
+                e.date,
+                e.survey,
+                store.crs,
+                e.basis,
+                dx,
+                dy,
+                dz,
+                e.yaw_deg,
+                e.sd_z_m
+            ],
         )?;
     }
     let date = |epoch: usize| {
@@ -157,8 +168,8 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
                 position.map(|p| point(&p, srs)),
                 b.block_id,
                 b.model,
-                b.first_epoch,
-                last.map(|o| o.epoch),
+                b.first_epoch as i64,
+                last.map(|o| o.epoch as i64),
                 last.map(|o| o.class.as_str())
             ],
         )?;
@@ -196,7 +207,7 @@ fn observation(db: &Connection, o: &ObservationRow, date: &str, srs: i64) -> rus
         params![
             p.map(|p| point(&p, srs)),
             o.block_id,
-            o.epoch,
+            o.epoch as i64,
             date,
             o.block_in_epoch,
             o.class,
@@ -241,8 +252,8 @@ fn change(
         params![
             ends.map(|e| line(&e, srs)),
             row.block_id,
-            between.from,
-            between.to,
+            between.from as i64,
+            between.to as i64,
             date,
             row.model,
             row.class,

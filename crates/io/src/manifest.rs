@@ -246,7 +246,7 @@ pub fn entry(path: &Path) -> Result<Entry, IoError> {
 
 /// Relative paths of everything but the manifest, the wall times and the lock, sorted: files, links, pipes, and folders that
 /// hold nothing. A finished run leaves no work in hand, so that such names are told like any other.
-fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
+pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     let (mut found, mut open) = (Vec::new(), vec![PathBuf::new()]);
     while let Some(below) = open.pop() {
         let here = folder.join(&below);

@@ -7,7 +7,7 @@ use crate::drawing::Drawing;
 use crate::landxml::escaped;
 use crate::raster::Raster;
 use crate::vector_layers::{Kind, NAMES};
-use crate::{IoError, atomic, las, qgis_style};
+use crate::{IoError, atomic, qgis_style};
 use std::fmt::Write as _;
 use std::io::{self, Cursor, Write as _};
 use std::path::Path;
@@ -72,7 +72,7 @@ pub fn text(drawing: &Drawing, maps: &[(&str, Raster)]) -> String {
 
 fn reference_system(drawing: &Drawing) -> String {
     let Some(code) = drawing.epsg() else { return "<spatialrefsys/>".into() };
-    let wkt = las::wkt_of_epsg(code).unwrap_or_default();
+    let wkt = crate::crs::wkt_of_epsg(code).unwrap_or_default();
     format!(
         "<spatialrefsys><wkt>{}</wkt><srid>{code}</srid><authid>EPSG:{code}</authid><geographicflag>false</geographicflag></spatialrefsys>",
         escaped(&wkt)

@@ -240,13 +240,14 @@ impl Work {
         let cell_m = d_max_m / 32.0;
         let kept = thin_from_lowest(all, cell_m).kept;
         let position: Vec<Vec3> = kept.iter().map(|&i| all[i as usize]).collect();
-        let toward = |p: Vec3| crate::measured::toward_sensor(p, &survey.sensor_positions);
+        let far = Vec3::Z;
+        let toward = |p: Vec3| crate::measured::toward_sensor(p, &survey.sensor_positions, far);
         let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward(p)).collect();
         let grid = PointGrid::new(&position, 2.0 * cell_m);
         let spacing_m = spacing_m(&position, &grid, cell_m);
         let radius_m = (2.6 * cell_m.max(spacing_m)).max(3.5 * noise_sd_m).min(0.3 * d_max_m);
         let normal = geom::normals(&position, radius_m, &toward);
-        let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
+        let sight = Sight::new(&position, &survey.sensor_positions, far, spacing_m);
         Self { position, normal, to_sensor, grid, sight, spacing_m }
     }
 

@@ -3,7 +3,7 @@
 use super::groups::Groups;
 use crate::details::{Details, station};
 use crate::drawing::{Drawing, SectionLine};
-use crate::landxml_writer::offset_m;
+use crate::landxml::offset_m;
 use geom::DVec3;
 
 const LAYER: &str = "SECTIONS_LAID_OUT";
@@ -43,7 +43,7 @@ pub(crate) fn laid_out(
         frame(out, &place, [o0, o1], levels, letter_m);
         for (line, points) in lines.iter().zip(&flat) {
             let points: Vec<DVec3> = points.iter().map(|p| place(p[0], p[1])).collect();
-            out.polyline(&crate::dxf_writer::section_layer(&line.surface), &points, false);
+            out.polyline(&super::write::section_layer(&line.surface), &points, false);
         }
         let at = place((o0 + o1) / 2.0, levels[1]) + DVec3::Y * letter_m;
         out.text(LAYER, at, letter_m * 1.2, 0.0, 1, &station(chainage));
