@@ -33,8 +33,9 @@ const check = (what, ok, detail = "") => {
 const shot = async (name, selector) => {
   if (!pictures) return;
   mkdirSync(pictures, { recursive: true });
-  const path = `${pictures}/${name}.png`;
-  await (selector ? page.locator(selector).first().screenshot({ path }) : page.screenshot({ path, fullPage: true }));
+  // JPEG: a cloud of points makes a PNG of a megabyte.
+  const path = `${pictures}/${name}.jpg`;
+  await (selector ? page.locator(selector).first().screenshot({ path, quality: 82 }) : page.screenshot({ path, quality: 82, fullPage: true }));
 };
 const picture = () => page.evaluate(() => { tsumu.viewer.drawNow(); return tsumu.viewer.canvas.toDataURL(); });
 const settled = () => page.waitForFunction(() => tsumu.viewer.quick === 0 && !tsumu.viewer.waiting);
@@ -55,7 +56,7 @@ check("the page is small", nodes <= 8000, `${nodes} nodes`);
 check("the head is a sentence with four lights", (await page.textContent("h1")).length > 10 && await page.locator(".light").count() === 4, JSON.stringify(await page.textContent("h1 span, h1")));
 check("3D stands on the first screen, full width", await page.locator("#scene").evaluate(s => { const r = s.getBoundingClientRect(); return r.top < innerHeight / 2 && document.querySelector("#stage").getBoundingClientRect().width > innerWidth * 0.9; }));
 await shot("whole");
-if (pictures) await page.screenshot({ path: `${pictures}/report.png` });
+if (pictures) await page.screenshot({ path: `${pictures}/report.jpg`, quality: 82 });
 
 const { found, added, works } = await page.evaluate(() => ({ found: tsumu.data.found.length, added: tsumu.data.added.length, works: Boolean(tsumu.sections.works) }));
 console.log(`       ${found} blocks found, ${added} to place`);
