@@ -183,7 +183,7 @@ def drawing():
     document = ezdxf.readfile(FOLDER / "set/blocks.dxf")
     same("errors of the audit", len(document.audit().errors), 0)
     space = document.modelspace()
-    words = [t.dxf.text for t in space.query("TEXT")]
+    words = [ezdxf.lldxf.encoding.decode_dxf_unicode(t.dxf.text) for t in space.query("TEXT")]
     same("title, stations, north, levels", [w for w in ("Sample 積む & \"co\"", "No.0+5", "N", "4.0") if w not in words], [])
     same("layers used", {e.dxf.layer for e in space} >= {"DESIGN", "ALIGNMENT", "UNFILLED", "SECTIONS_LAID_OUT", "TITLE"}, True)
     picture = FOLDER / "blocks-dxf.png"
