@@ -106,7 +106,7 @@ def dxf_corners():
     numbers = [i for i in space.query("INSERT") if i.dxf.layer == "NUMBERS"]
     same("solids", len(solids), 8)
     same("numbers as attributes", sorted(i.get_attrib_text("NO") for i in numbers), sorted(UNITS))
-    same("names survive", {i.get_attrib_text("TYPE") for i in numbers}, {"wedge-2m", "wedge 3m (積)"})
+    same("names survive", {ezdxf.lldxf.encoding.decode_dxf_unicode(i.get_attrib_text("TYPE")) for i in numbers}, {"wedge-2m", "wedge 3m (積)"})
     same("layers frozen at first", sorted(l.dxf.name for l in document.layers if l.is_frozen()), ["PLANNED_3D", "RECOGNISED_3D"])
     corners = {}
     for insert in solids:
