@@ -39,22 +39,27 @@ pub(crate) enum Only {
     Later,
 }
 
-/// What became of each block of one epoch; `own` and `other` are the clouds of both epochs in one frame.
-pub(crate) fn judge_all(
-    bodies: &[&Body],
-    blocks: &[SeenBlock],
-    only: Only,
-    catalog: &Catalog,
-    samples: &[Samples],
-    own: &View,
-    other: &View,
-    config: &SingleConfig,
-) -> Vec<Change> {
-    let one = |body: &&Body| {
-        let shares = shares(body, catalog, samples, own, other);
-        verdict(body, &blocks[body.index], only, &shares, config)
-    };
-    bodies.par_iter().map(one).collect()
+/// Everything a single block is judged by.
+pub(crate) struct Single<'a> {
+    pub catalog: &'a Catalog,
+    pub samples: &'a [Samples],
+    /// The clouds of the block's own epoch and of the other one, in one frame.
+    pub own: &'a View,
+    pub other: &'a View,
+    pub config: &'a SingleConfig,
+}
+
+impl Single<'_> {
+    /// What became of each block.
+    pub fn judge_all(&self, bodies: &[&Body], blocks: &[SeenBlock], only: Only) -> Vec<Change> {
+        bodies.par_iter().map(|body| self.judge(body, &blocks[body.index], only)).collect()
+    }
+
+    /// What became of a block that its own epoch alone shows.
+    pub fn judge(&self, body: &Body, block: &SeenBlock, only: Only) -> Change {
+        let shares = shares(body, self.catalog, self.samples, self.own, self.other);
+        verdict(body, block, only, &shares, self.config)
+    }
 }
 
 /// What the other epoch says of the surface that the own one shows.

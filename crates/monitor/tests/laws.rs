@@ -298,11 +298,8 @@ fn a_series_keeps_its_numbers() {
         .collect();
     let mut blocks: Vec<Vec<SeenBlock>> = (0..3).map(|k| seen(&catalog, &poses, 21 + k)).collect();
     blocks[1].remove(7);
-    let epochs: Vec<Epoch> = surveys
-        .iter()
-        .zip(blocks)
-        .map(|(survey, blocks)| Epoch { survey, blocks })
-        .collect();
+    let epochs: Vec<Epoch> =
+        surveys.iter().zip(blocks).map(|(survey, blocks)| Epoch { survey, blocks }).collect();
     let mut series = monitor::Series::start(&epochs[0], &catalog);
     let (stable, config) = (StableGround::default(), CompareConfig::default());
     let second = series.add(&epochs[0], &epochs[1], &catalog, &stable, &config, &Silent).unwrap();
