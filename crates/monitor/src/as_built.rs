@@ -9,7 +9,7 @@ use crate::change::Class;
 use crate::compare::{CompareConfig, Comparison, compare};
 use crate::dense::zeros;
 use crate::matching::{MatchConfig, matched};
-use crate::single::{Only, Single};
+use crate::single::{Only, Single, solids};
 use crate::surface_samples::samples;
 use crate::view::View;
 use crate::{Epoch, MonitorError, SeenBlock, StableGround};
@@ -291,7 +291,15 @@ fn look_for_missing(
     let single = &config.compare.single;
     // The plan shows all of its own surface.
     let own = View::everything();
-    let judge = Single { catalog, samples: &samples, own: &own, other: &view, config: single };
+    let solids = solids(catalog);
+    let judge = Single {
+        catalog,
+        samples: &samples,
+        solids: &solids,
+        own: &own,
+        other: &view,
+        config: single,
+    };
     for change in judge.judge_all(&open, &stated, Only::Earlier) {
         let order = change.earlier_id;
         let Some(block) = blocks.iter_mut().find(|b| b.order == order) else { continue };

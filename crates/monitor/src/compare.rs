@@ -9,12 +9,12 @@ use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
 use crate::matching::{MatchConfig, Pair, matched};
 use crate::motion::{Motion, covariance_at};
 use crate::registration::{self, Basis, CommonMovement, Registration, RegistrationConfig};
-use crate::single::{Only, Single, SingleConfig};
+use crate::single::{Only, Single, SingleConfig, solids};
 use crate::stable::{self, StableGround};
 use crate::surface_samples::{Samples, samples};
 use crate::view::View;
 use crate::{Epoch, MonitorError};
-use geom::{Bounds, DVec3, Observer, Vec3};
+use geom::{Bounds, DVec3, DistanceField, Observer, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, Survey};
 use serde::{Deserialize, Serialize};
@@ -343,6 +343,7 @@ fn detect(
         epochs: [earlier, later],
         fine: samples(catalog, config.breakage.samples),
         coarse: samples(catalog, config.single.samples),
+        solids: solids(catalog),
         views,
         limit,
         config,
@@ -378,6 +379,7 @@ struct Judged<'a> {
     epochs: [&'a Epoch<'a>; 2],
     fine: Vec<Samples>,
     coarse: Vec<Samples>,
+    solids: Vec<Option<DistanceField>>,
     views: [View; 2],
     limit: f64,
     config: &'a CompareConfig,
@@ -393,7 +395,7 @@ impl Judged<'_> {
             Only::Later => (&self.views[1], &self.views[0]),
         };
         let (catalog, config) = (self.catalog, &self.config.single);
-        Single { catalog, samples: &self.coarse, own, other, config }
+        Single { catalog, samples: &self.coarse, solids: &self.solids, own, other, config }
     }
 
     /// What became of a matched block: one change, or two where the pair is none.
@@ -415,7 +417,11 @@ impl Judged<'_> {
         change.occlusion_later = Some(seen_b.occlusion.into());
         if change.class != Class::Doubtful {
             let views = [&self.views[0], &self.views[1]];
-            let gone = gone_m2(a, b, self.catalog, &self.fine, views, &self.config.breakage);
+            let cloud = &self.epochs[0].survey.cloud.position_m;
+            let own: Vec<Vec3> =
+                seen_a.points.iter().filter_map(|&i| cloud.get(i as usize).copied()).collect();
+            let breakage = &self.config.breakage;
+            let gone = gone_m2(a, b, self.catalog, &self.fine, &own, views, breakage);
             if gone > 0.0 {
                 let was = change.class.word();
                 change.say(&format!("{gone:.2} m² of its surface is gone; otherwise {was}"));
