@@ -9,12 +9,12 @@ use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
 use crate::matching::{MatchConfig, Pair, matched};
 use crate::motion::{Motion, covariance_at};
 use crate::registration::{self, Basis, CommonMovement, Registration, RegistrationConfig};
-use crate::single::{Only, Single, SingleConfig, solids};
+use crate::single::{Only, Single, SingleConfig, Solids, solids};
 use crate::stable::{self, StableGround};
 use crate::surface_samples::{Samples, samples};
 use crate::view::View;
 use crate::{Epoch, MonitorError};
-use geom::{Bounds, DVec3, DistanceField, Observer, Vec3};
+use geom::{Bounds, DVec3, Observer, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, Survey};
 use serde::{Deserialize, Serialize};
@@ -379,7 +379,7 @@ struct Judged<'a> {
     epochs: [&'a Epoch<'a>; 2],
     fine: Vec<Samples>,
     coarse: Vec<Samples>,
-    solids: Vec<Option<DistanceField>>,
+    solids: Solids,
     views: [View; 2],
     limit: f64,
     config: &'a CompareConfig,

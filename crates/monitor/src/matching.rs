@@ -30,7 +30,7 @@ pub struct MatchConfig {
 
 impl Default for MatchConfig {
     fn default() -> Self {
-        Self { gate_blocks: 0.7, move_sd_blocks: 0.3, moved_share: 0.1, alone: 1e-4 }
+        Self { gate_blocks: 0.5, move_sd_blocks: 0.3, moved_share: 0.1, alone: 1e-4 }
     }
 }
 

@@ -10,8 +10,9 @@ use crate::surface_samples::{Samples, of};
 use crate::view::{Look, Shares, View};
 use geom::{DistanceField, Vec3};
 use rayon::prelude::*;
-use scene::{BlockModel, Catalog};
+use scene::Catalog;
 use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
 
 /// When a block of one epoch only is missing or new.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,8 +45,7 @@ pub(crate) enum Only {
 pub(crate) struct Single<'a> {
     pub catalog: &'a Catalog,
     pub samples: &'a [Samples],
-    /// Distance field of every model; `None` where its mesh has none.
-    pub solids: &'a [Option<DistanceField>],
+    pub solids: &'a Solids,
     /// The clouds of the block's own epoch and of the other one, in one frame.
     pub own: &'a View,
     pub other: &'a View,
@@ -81,8 +81,11 @@ impl Single<'_> {
 
     /// Whether the other epoch has points where the block would be solid.
     fn pierced(&self, body: &Body) -> bool {
-        let Some(solid) = &self.solids[usize::from(body.model.0)] else { return false };
         let model = self.catalog.get(body.model);
+        let field = self.solids[usize::from(body.model.0)].get_or_init(|| {
+            DistanceField::new(&model.mesh, CELLS, 0.05 * model.d_box_m).ok()
+        });
+        let Some(solid) = field else { return false };
         let pose = body.pose(model);
         let depth_m = self.other.near_m + DEPTH_BLOCKS * model.d_box_m;
         let inside = |p: Vec3| solid.distance_m(pose.inverse_transform_point(p)) < -depth_m;
@@ -95,13 +98,14 @@ impl Single<'_> {
 const DEPTH_BLOCKS: f32 = 0.03;
 const PIERCED_BLOCKS2: f32 = 0.01;
 /// Cells of a distance field along its longest edge.
-const CELLS: usize = 48;
+const CELLS: usize = 32;
 
-/// Distance fields of all models.
-pub(crate) fn solids(catalog: &Catalog) -> Vec<Option<DistanceField>> {
-    let one =
-        |model: &BlockModel| DistanceField::new(&model.mesh, CELLS, 0.05 * model.d_box_m).ok();
-    catalog.iter().map(|(_, model)| one(model)).collect()
+/// Distance fields of all models, each made when a block of its type is first asked about; `None` where a mesh has none.
+pub(crate) type Solids = Vec<OnceLock<Option<DistanceField>>>;
+
+/// None made yet.
+pub(crate) fn solids(catalog: &Catalog) -> Solids {
+    catalog.iter().map(|_| OnceLock::new()).collect()
 }
 
 fn verdict(

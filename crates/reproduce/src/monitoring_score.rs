@@ -227,7 +227,7 @@ impl<'a> Truth<'a> {
     /// Whether the block moved farther than any pair may.
     fn went_far(&self, pair: &EpochPair, event: &TrueChange) -> bool {
         let size = pair.catalog.get(event.model).d_box_m;
-        event.earlier.is_some() && event.later.is_some() && event.shift_m.length() > 0.7 * size
+        event.earlier.is_some() && event.later.is_some() && event.shift_m.length() > 0.5 * size
     }
 }
 
