@@ -123,9 +123,8 @@ impl Truth {
             }
             f64::from(squared / 6.0 - both / either.max(1e-6) + cross / s.max(1) as f32)
         };
-        let table: Vec<Vec<f64>> =
-            (0..self.corners.len()).map(|t| (0..BOXES).map(|b| cost(t, b)).collect()).collect();
-        assign(&table)
+        let row = |t: usize| (0..BOXES).map(|b| cost(t, b)).collect();
+        assign(&(0..self.corners.len()).map(row).collect::<Vec<_>>())
     }
 }
 
