@@ -4,6 +4,7 @@ pub mod antifer;
 pub mod convex_parts;
 pub mod dolos;
 pub mod frustum;
+pub mod interlocking;
 pub mod parts;
 pub mod random_union;
 pub mod rotation_group;

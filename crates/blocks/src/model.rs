@@ -2,7 +2,9 @@
 
 use crate::convex_parts::{ConvexConfig, convex_parts};
 use crate::symmetry::{SymmetryConfig, find_symmetry};
-use crate::{BlockError, antifer, dolos, frustum::square_frustum, rotation_group, tetrapod};
+use crate::{
+    BlockError, antifer, dolos, frustum::square_frustum, interlocking, rotation_group, tetrapod,
+};
 use geom::{MeshError, TriMesh, Warning};
 use scene::{
     BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape, SymmetryGroup,
@@ -103,7 +105,11 @@ pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<Block
         Shape::Tetrapod { size }
         | Shape::Dolos { size }
         | Shape::Cube { size }
-        | Shape::Antifer { size } => size,
+        | Shape::Antifer { size }
+        | Shape::CoreLocLike { size }
+        | Shape::XblocLike { size }
+        | Shape::AccropodeLike { size }
+        | Shape::SixLegLike { size } => size,
     };
     if !(size > 0.0 && size.is_finite()) {
         return Err(BlockError::BadSize { name: name.into(), size });
@@ -125,6 +131,10 @@ pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<Block
             let (mesh, parts) = antifer::antifer(size);
             (mesh, parts, rotation_group::cyclic_z(4))
         }
+        Shape::CoreLocLike { size } => interlocking::core_loc_like(size),
+        Shape::XblocLike { size } => interlocking::xbloc_like(size),
+        Shape::AccropodeLike { size } => interlocking::accropode_like(size),
+        Shape::SixLegLike { size } => interlocking::six_leg_like(size),
     };
     let symmetry = SymmetryGroup::new(mesh.moments().centroid, rotations);
     assemble(name, mesh, parts, 1.0, symmetry, density_kg_m3)

@@ -83,6 +83,26 @@ pub enum Shape {
         /// Height, metres.
         size: f32,
     },
+    /// Three crossed flukes on a shank, in the manner of a Core-Loc; V = 0.2236 C³.
+    CoreLocLike {
+        /// Length C of a fluke, metres.
+        size: f32,
+    },
+    /// Four legs in a plane and two noses, in the manner of an Xbloc; V = D³/3.
+    XblocLike {
+        /// Height D, metres.
+        size: f32,
+    },
+    /// Two crossed flukes on a core, in the manner of an Accropode; V = 0.34 H³.
+    AccropodeLike {
+        /// Height H, metres.
+        size: f32,
+    },
+    /// Three bars through one point; V = 0.176 h³.
+    SixLegLike {
+        /// Length of a bar, metres.
+        size: f32,
+    },
 }
 
 /// Unit of a mesh file.

@@ -24,7 +24,7 @@ pub use complaint::{Complaint, Severity};
 pub use design::{DesignSurface, SlopingPlane};
 pub use instance::{CentreHypothesis, InstanceId, LabelledCloud, Segmentation};
 pub use model::{BlockModel, Catalog, ConvexPart, MOST_PARTS_ERROR, ModelId};
-pub use nominal::{NominalBlock, nominal_blocks, shape_of_name};
+pub use nominal::{NominalBlock, SIX_LEG_VOLUME, nominal_blocks, shape_of_name};
 pub use pile::{Ground, PlacedBlock, Scene};
 pub use plan::{Placement, PlacementState, Plan, PlanSummary};
 pub use point_mark::{PointFlag, PointMark};

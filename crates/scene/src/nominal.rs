@@ -36,11 +36,18 @@ struct Kind {
     shape: fn(f32) -> Shape,
 }
 
-const KINDS: [Kind; 4] = [
+/// Volume of the six-leg unit over the cube of its length.
+pub const SIX_LEG_VOLUME: f32 = 0.176;
+
+const KINDS: [Kind; 8] = [
     Kind { name: "tetrapod", volume: 0.28, shape: |size| Shape::Tetrapod { size } },
     Kind { name: "dolos", volume: 0.16, shape: |size| Shape::Dolos { size } },
     Kind { name: "cube", volume: 1.0, shape: |size| Shape::Cube { size } },
     Kind { name: "antifer", volume: 1.0247, shape: |size| Shape::Antifer { size } },
+    Kind { name: "core-loc-like", volume: 0.2236, shape: |size| Shape::CoreLocLike { size } },
+    Kind { name: "xbloc-like", volume: 1.0 / 3.0, shape: |size| Shape::XblocLike { size } },
+    Kind { name: "accropode-like", volume: 0.34, shape: |size| Shape::AccropodeLike { size } },
+    Kind { name: "six-leg-like", volume: SIX_LEG_VOLUME, shape: |size| Shape::SixLegLike { size } },
 ];
 
 /// One block of the list.
