@@ -1,6 +1,7 @@
 //! From a catalogue entry to a [`scene::BlockModel`]: shape or mesh in, volume, mass, symmetry and convex parts out.
 
 pub mod antifer;
+pub mod bin_parts;
 pub mod convex_parts;
 pub mod dolos;
 pub mod frustum;

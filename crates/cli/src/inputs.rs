@@ -9,8 +9,8 @@ use io::manifest::Entry;
 use io::{IoError, RawCloud};
 use pipeline::survey::{RawSurvey, local_survey};
 use scene::{
-    Area, AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Ground, GroundSpec,
-    InstanceId, Judgement, Recognised, SensorKind, SiteFrame, Survey,
+    Area, AxisOrder, BlockModel, Catalog, CatalogSpec, DesignSurface, Fit, Ground, GroundSpec,
+    InstanceId, Recognised, SensorKind, SiteFrame, Survey,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -188,7 +188,7 @@ pub fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
     })
 }
 
-/// A row of `blocks.csv` or `truth.csv` as a block; what the row does not say is taken as certain and unhidden.
+/// A row of `blocks.csv` or `truth.csv` as a stated block.
 pub fn recognised(
     row: &BlockRow,
     catalog: &Catalog,
@@ -205,17 +205,14 @@ pub fn recognised(
             known.join(", ")
         ))
     })?;
-    Ok(Recognised {
-        block: InstanceId(row.block_id),
-        model,
-        site_from_block: row.pose.local(frame),
-        judgement: Judgement::Accepted,
+    let second = row.runner_up.as_deref().and_then(|name| catalog.find(name));
+    let fit = Fit {
         type_judged: row.type_judged.unwrap_or(true),
-        confidence: row.confidence.unwrap_or(1.0) as f32,
-        fitness_m: row.fitness_m.unwrap_or(0.0) as f32,
-        runner_up: None,
-        occlusion: row.occlusion.unwrap_or(0.0) as f32,
-        points: Vec::new(),
-        covariance: [0.0; 36],
-    })
+        confidence: row.confidence.map(|v| v as f32),
+        fitness_m: row.fitness_m.map(|v| v as f32),
+        runner_up: second.zip(row.runner_up_fitness_m.map(|v| v as f32)),
+        occlusion: row.occlusion.map(|v| v as f32),
+        ..Fit::of_pose(model, row.pose.local(frame))
+    };
+    Ok(Recognised::of_fit(InstanceId(row.block_id), Vec::new(), fit))
 }

@@ -4,10 +4,11 @@ use crate::exit::Exit;
 use crate::result_folder::RunFolder;
 use geom::DVec3;
 use io::blocks_csv::BlockRow;
+use io::not_judged_csv::NotJudgedRow;
 use io::placements_csv::PlacementRow;
 use io::{IoError, RawCloud};
 use pipeline::{Recognition, Works};
-use scene::{Catalog, Judgement, Plan, Recognised, SiteFrame, Survey};
+use scene::{Catalog, Plan, Recognised, SiteFrame, Survey};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -45,11 +46,11 @@ pub fn labelled_cloud(survey: &Survey, recognition: &scene::Segmentation) -> Raw
 pub fn explained_cloud(survey: &Survey, blocks: &[Recognised]) -> RawCloud {
     let n = survey.cloud.len();
     let (mut instance, mut model, mut confidence) = (vec![0; n], vec![0; n], vec![0.0; n]);
-    for block in blocks.iter().filter(|b| b.judgement == Judgement::Accepted) {
+    for (block, fit) in scene::stated(blocks) {
         for &point in &block.points {
             let i = point as usize;
-            (instance[i], model[i], confidence[i]) =
-                (block.block.0, block.model.0 + 1, block.confidence);
+            (instance[i], model[i]) = (block.block.0, fit.model.0 + 1);
+            confidence[i] = fit.confidence.unwrap_or(0.0);
         }
     }
     RawCloud {
@@ -60,18 +61,9 @@ pub fn explained_cloud(survey: &Survey, blocks: &[Recognised]) -> RawCloud {
     }
 }
 
-/// Rows of `blocks.csv`: accepted blocks; those not judged follow in `not_judged.csv`.
-pub fn block_rows(
-    blocks: &[Recognised],
-    judgement: Judgement,
-    catalog: &Catalog,
-    frame: &SiteFrame,
-) -> Vec<BlockRow> {
-    blocks
-        .iter()
-        .filter(|b| b.judgement == judgement)
-        .map(|b| BlockRow::of_recognised(b, catalog, frame))
-        .collect()
+/// Rows of `blocks.csv`: stated blocks; those not judged follow in `not_judged.csv`.
+pub fn block_rows(blocks: &[Recognised], catalog: &Catalog, frame: &SiteFrame) -> Vec<BlockRow> {
+    scene::stated(blocks).map(|(b, fit)| BlockRow::of_fit(b.block, fit, catalog, frame)).collect()
 }
 
 /// Fit of the recognised blocks to the survey, computed from the files' own values.
@@ -80,16 +72,12 @@ pub fn recognise_summary(survey: &Survey, recognition: &Recognition, catalog: &C
     let threshold_m = fitting_threshold_m(catalog);
     let distance =
         metrics::model_distances_m(&survey.cloud.position_m, &blocks, catalog, threshold_m);
-    let on_blocks: Vec<f32> = recognition
-        .blocks
-        .iter()
-        .filter(|b| b.judgement == Judgement::Accepted)
-        .flat_map(|b| &b.points)
+    let on_blocks: Vec<f32> = scene::stated(&recognition.blocks)
+        .flat_map(|(b, _)| &b.points)
         .map(|&i| distance[i as usize])
         .collect();
     let all = metrics::fitting(&distance, threshold_m);
     let own = metrics::fitting(&on_blocks, threshold_m);
-    let count = |j: Judgement| recognition.blocks.iter().filter(|b| b.judgement == j).count();
     let by_type: serde_json::Map<String, Value> = catalog
         .iter()
         .map(|(id, m)| (m.name.clone(), json!(blocks.iter().filter(|b| b.model == id).count())))
@@ -98,14 +86,11 @@ pub fn recognise_summary(survey: &Survey, recognition: &Recognition, catalog: &C
         "points": survey.cloud.len(),
         "instances": recognition.segmentation.instances,
         "centre_hypotheses": recognition.segmentation.hypotheses.len(),
-        "recognised_blocks": count(Judgement::Accepted),
+        "recognised_blocks": blocks.len(),
         "recognised_by_type": by_type,
-        "types_not_judged": recognition
-            .blocks
-            .iter()
-            .filter(|b| b.judgement == Judgement::Accepted && !b.type_judged)
-            .count(),
-        "not_judged_blocks": count(Judgement::NotJudged),
+        "types_not_judged":
+            scene::stated(&recognition.blocks).filter(|(_, fit)| !fit.type_judged).count(),
+        "not_judged_blocks": recognition.blocks.len() - blocks.len(),
         "fitting_threshold_m": (f64::from(threshold_m) * 1e6).round() / 1e6,
         "fitting_error_m": all.error_m,
         "matching_rate": all.matching_rate,
@@ -136,11 +121,11 @@ pub fn write_recognise(
     recognition: &Recognition,
     catalog: &Catalog,
 ) -> Result<Value, Exit> {
-    let rows = |j| block_rows(&recognition.blocks, j, catalog, &survey.frame);
-    io::blocks_csv::write_blocks(&run.blocks(), &rows(Judgement::Accepted))?;
-    io::blocks_csv::write_blocks(&run.not_judged(), &rows(Judgement::NotJudged))?;
-    let accepted = recognition.blocks.iter().filter(|b| b.judgement == Judgement::Accepted);
-    io::covariance_csv::write(&run.covariance(), accepted)?;
+    let (blocks, frame) = (&recognition.blocks, &survey.frame);
+    io::blocks_csv::write_blocks(&run.blocks(), &block_rows(blocks, catalog, frame))?;
+    let open: Vec<_> = blocks.iter().filter_map(|b| NotJudgedRow::of(b, catalog, frame)).collect();
+    io::not_judged_csv::write(&run.not_judged(), &open)?;
+    io::covariance_csv::write(&run.covariance(), blocks)?;
     io::points::write(&run.recognise_cloud(), &explained_cloud(survey, &recognition.blocks))?;
     let summary = recognise_summary(survey, recognition, catalog);
     write_json(&run.recognise_summary(), &summary)?;

@@ -7,7 +7,7 @@ use report::{
     Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
     SectionLineKind, Text,
 };
-use scene::{Catalog, Judgement, Plan, Recognised, Review, Scene, Survey};
+use scene::{Catalog, Plan, Recognised, Review, Scene, Survey};
 use serde_json::Value;
 
 /// Everything a report is made of.
@@ -91,17 +91,17 @@ pub fn page(input: &PageInput) -> Result<Page, report::ReportError> {
         },
     ];
     page.sections = sections(drawings);
-    let accepted = || works.blocks.iter().filter(|b| b.judgement == Judgement::Accepted);
+    let fits = || scene::stated(works.blocks).map(|(_, fit)| fit);
     page.histograms = vec![
         Histogram {
             label: Text::new("Fit error of each block", "各ブロックの当てはめ誤差"),
             unit: "mm".into(),
-            values: accepted().map(|b| b.fitness_m * 1000.0).collect(),
+            values: fits().filter_map(|fit| Some(fit.fitness_m? * 1000.0)).collect(),
         },
         Histogram {
             label: Text::new("Confidence of each block", "各ブロックの確信度"),
             unit: "%".into(),
-            values: accepted().map(|b| b.confidence * 100.0).collect(),
+            values: fits().filter_map(|fit| Some(fit.confidence? * 100.0)).collect(),
         },
         Histogram {
             label: Text::new(

@@ -69,7 +69,7 @@ impl Honoured<'_> {
     /// Who decided what, and what that changed, for the manifest.
     pub fn record(&self, manifest: &mut Manifest) {
         let decision = |(b, c): (&scene::ReviewedBlock, &Change)| {
-            json!({ "block_id": b.block_id, "verdict": b.verdict, "model": b.model, "note": b.note,
+            json!({ "block_id": b.block_id, "verdict": b.decision, "model": b.model, "note": b.note,
                     "block_id_in_this_run": c.block_id, "changed": c.changed })
         };
         let decisions: Vec<_> =

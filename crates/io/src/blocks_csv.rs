@@ -3,7 +3,7 @@
 use crate::csv_table::{self, SitePose};
 use crate::input::Input;
 use crate::{IoError, Place, atomic};
-use scene::{Catalog, PlacedBlock, Recognised, SiteFrame};
+use scene::{Catalog, Fit, InstanceId, PlacedBlock, SiteFrame};
 use std::path::Path;
 
 /// Columns of `blocks.csv`; `truth.csv` has the first ten.
@@ -52,18 +52,18 @@ pub struct BlockRow {
 }
 
 impl BlockRow {
-    /// A recognised block.
-    pub fn of_recognised(block: &Recognised, catalog: &Catalog, frame: &SiteFrame) -> Self {
+    /// What is stated or guessed of a block.
+    pub fn of_fit(block: InstanceId, fit: &Fit, catalog: &Catalog, frame: &SiteFrame) -> Self {
         Self {
-            block_id: block.block.0,
-            model: catalog.get(block.model).name.clone(),
-            pose: SitePose::of(&block.site_from_block, frame),
-            occlusion: Some(short(block.occlusion)),
-            confidence: Some(short(block.confidence)),
-            fitness_m: Some(short(block.fitness_m)),
-            runner_up: block.runner_up.map(|(m, _)| catalog.get(m).name.clone()),
-            runner_up_fitness_m: block.runner_up.map(|(_, f)| short(f)),
-            type_judged: Some(block.type_judged),
+            block_id: block.0,
+            model: catalog.get(fit.model).name.clone(),
+            pose: SitePose::of(&fit.site_from_block, frame),
+            occlusion: fit.occlusion.map(short),
+            confidence: fit.confidence.map(short),
+            fitness_m: fit.fitness_m.map(short),
+            runner_up: fit.runner_up.map(|(m, _)| catalog.get(m).name.clone()),
+            runner_up_fitness_m: fit.runner_up.map(|(_, f)| short(f)),
+            type_judged: Some(fit.type_judged),
         }
     }
 
@@ -87,7 +87,7 @@ impl BlockRow {
         }
     }
 
-    fn fields(&self) -> Vec<String> {
+    pub(crate) fn fields(&self) -> Vec<String> {
         let number = |v: Option<f64>| v.map(|v| v.to_string()).unwrap_or_default();
         let mut fields = vec![self.block_id.to_string(), self.model.clone()];
         fields.extend(self.pose.fields());

@@ -4,51 +4,18 @@ use crate::crs::{FileCrs, GeoKeys, Unit};
 use crate::geotiff_band::{self, Band};
 use crate::input::Input;
 use crate::raster::Raster;
-use crate::{IoError, Place, atomic, drawing};
-use std::io::{self, Cursor, Read, Seek};
+use crate::{IoError, Place};
+use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 use tiff::decoder::{Decoder, Limits};
-use tiff::encoder::{Compression, TiffEncoder, colortype::Gray32Float};
 use tiff::tags::Tag;
+
+pub use crate::geotiff_writer::{write, write_named};
 
 const GEO_KEYS: Tag = Tag::GeoKeyDirectoryTag;
 /// Cells that any file may have, and how many more for each of its bytes.
 const FREE_CELLS: u64 = 4_000_000;
 const CELLS_PER_BYTE: u64 = 16;
-
-/// Writes the raster; `crs` is the site's (`EPSG:n`, anything else leaves the file without).
-pub fn write(path: &Path, raster: &Raster, crs: &str) -> Result<(), IoError> {
-    let bytes = bytes(raster, crs).map_err(|e| IoError::write(path, io::Error::other(e)))?;
-    atomic::write_bytes(path, &bytes)
-}
-
-fn bytes(raster: &Raster, crs: &str) -> tiff::TiffResult<Vec<u8>> {
-    let mut out = Cursor::new(Vec::new());
-    let mut encoder =
-        TiffEncoder::new(&mut out)?.with_compression(Compression::Deflate(Default::default()));
-    let (columns, rows) = (raster.columns, raster.rows());
-    let mut image = encoder.new_image::<Gray32Float>(columns as u32, rows as u32)?;
-    let [east, north] = raster.origin;
-    let half = raster.cell_m / 2.0;
-    let top = north + (rows as f64 - 1.0) * raster.cell_m + half;
-    let tags = image.encoder();
-    tags.write_tag(Tag::ModelPixelScaleTag, &[raster.cell_m, raster.cell_m, 0.0][..])?;
-    tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, east - half, top, 0.0][..])?;
-    let code = drawing::epsg(crs).and_then(|c| u16::try_from(c).ok());
-    // Version 1.1.0; model: projected (or user-defined); raster: pixel is area.
-    let mut keys: Vec<u16> =
-        vec![1, 1, 0, 2, 1024, 0, 1, if code.is_some() { 1 } else { 32767 }, 1025, 0, 1, 1];
-    if let Some(code) = code {
-        keys[3] = 4;
-        keys.extend([3072, 0, 1, code, 3076, 0, 1, 9001]); // the CRS; metres
-    }
-    tags.write_tag(GEO_KEYS, &keys[..])?;
-    tags.write_tag(Tag::GdalNodata, "nan")?;
-    // Images run from north to south.
-    let data: Vec<f32> = raster.value.chunks(columns.max(1)).rev().flatten().copied().collect();
-    image.write_data(&data)?;
-    Ok(out.into_inner())
-}
 
 /// What a GeoTIFF holds.
 #[derive(Clone, Debug, PartialEq)]

@@ -33,7 +33,7 @@ pub fn bytes(drawing: &Drawing) -> Vec<u8> {
         let mut extras =
             json!({ "layer": unit.layer(), "model": drawing.catalog.get(unit.model).name });
         match unit.source {
-            Source::Recognised(r) => extras["confidence"] = json!(r.confidence),
+            Source::Recognised(_, fit) => extras["confidence"] = json!(fit.confidence),
             Source::Planned(p) => {
                 extras["order"] = json!(p.order);
                 extras["round"] = json!(p.round);

@@ -46,8 +46,8 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let review = read(&path).unwrap().unwrap();
         assert_eq!(
-            (review.blocks[0].block_id, review.blocks[0].verdict),
-            (3, scene::Verdict::Rejected)
+            (review.blocks[0].block_id, review.blocks[0].decision),
+            (3, scene::Decision::Rejected)
         );
         std::fs::write(&path, text.replace("rejected", "perhaps")).unwrap();
         let message = read(&path).unwrap_err().to_string();

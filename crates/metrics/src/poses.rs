@@ -5,9 +5,9 @@
 //! occlusion of 80 % or more are not missed when absent, and an estimate that meets one counts neither way.
 //! Blocks reported as *not judged* are no statement and are left out.
 
-use crate::{DetectionCounts, PoseError, pose_error};
-use geom::{Pose, Vec3};
-use scene::{Catalog, Judgement, ModelId, PlacedBlock, Recognised};
+use crate::DetectionCounts;
+use geom::Vec3;
+use scene::{BlockModel, Catalog, Fit, PlacedBlock, PoseError, PoseLimits, Recognised};
 use serde::{Deserialize, Serialize};
 
 /// The limits of a true positive; `Default` is the thesis'.
@@ -18,13 +18,23 @@ pub struct PoseCriteria {
     pub max_displacement_ratio: f32,
     /// Largest rotation error, degrees.
     pub max_rotation_deg: f32,
-    /// Truths at or above this occlusion are not asked for.
+    /// Truths at or above this occlusion are not scored.
     pub occlusion_limit: f32,
 }
 
 impl Default for PoseCriteria {
     fn default() -> Self {
         Self { max_displacement_ratio: 0.1, max_rotation_deg: 5.0, occlusion_limit: 0.8 }
+    }
+}
+
+impl PoseCriteria {
+    /// How far an estimate of a block of this type may be off.
+    pub fn limits(&self, truth: &BlockModel) -> PoseLimits {
+        PoseLimits {
+            displacement_m: self.max_displacement_ratio * truth.d_box_m,
+            rotation_rad: self.max_rotation_deg.to_radians(),
+        }
     }
 }
 
@@ -42,7 +52,7 @@ pub struct TrueBlock {
 pub struct PoseScore {
     /// True and false positives, misses.
     pub counts: DetectionCounts,
-    /// Estimates that met a truth too occluded to be asked for.
+    /// Estimates that met a truth too occluded to be scored.
     pub ignored: usize,
     /// Error of each true positive, in the order of the estimates.
     pub errors: Vec<PoseError>,
@@ -53,7 +63,7 @@ pub struct PoseScore {
     pub types_right: usize,
     /// True positives whose type is not judged.
     pub types_open: usize,
-    /// Confidence of each judged, not ignored estimate and whether what it states is right: the pose, and the type
+    /// Confidence of each stated, not ignored estimate that has one, and whether what it states is right: the pose, and the type
     /// where that is judged.
     pub confidence: Vec<(f32, bool)>,
 }
@@ -106,21 +116,14 @@ pub fn score_poses(
     catalog: &Catalog,
     criteria: &PoseCriteria,
 ) -> PoseScore {
-    let judged: Vec<&Recognised> =
-        estimates.iter().filter(|r| r.judgement == Judgement::Accepted).collect();
+    let stated: Vec<&Fit> = scene::stated(estimates).map(|(_, fit)| fit).collect();
     let mut pairs = Vec::new();
-    for (e, estimate) in judged.iter().enumerate() {
+    for (e, estimate) in stated.iter().enumerate() {
+        let estimate = estimate.posed(catalog);
         for (t, truth) in truths.iter().enumerate() {
-            let true_model = catalog.get(truth.placed.model);
-            let model = catalog.get(estimate.model);
-            let error = pose_error(
-                model,
-                &estimate.site_from_block,
-                true_model,
-                &truth.placed.site_from_block,
-            );
-            let near = error.displacement_m <= criteria.max_displacement_ratio * true_model.d_box_m;
-            if near && error.rotation_rad <= criteria.max_rotation_deg.to_radians() {
+            let truth = truth.placed.posed(catalog);
+            let error = estimate.error(&truth);
+            if criteria.limits(truth.model).hold(error) {
                 pairs.push((error, e, t));
             }
         }
@@ -128,7 +131,7 @@ pub fn score_poses(
     pairs.sort_by(|a, b| {
         a.0.displacement_m.total_cmp(&b.0.displacement_m).then((a.1, a.2).cmp(&(b.1, b.2)))
     });
-    let mut of_estimate: Vec<Option<(usize, PoseError)>> = vec![None; judged.len()];
+    let mut of_estimate: Vec<Option<(usize, PoseError)>> = vec![None; stated.len()];
     let mut taken = vec![false; truths.len()];
     for (error, e, t) in pairs {
         if of_estimate[e].is_none() && !taken[t] {
@@ -139,7 +142,7 @@ pub fn score_poses(
     let wanted = |t: usize| truths[t].occlusion < criteria.occlusion_limit;
     let mut score = PoseScore::default();
     let mut displaced = Vec::new();
-    for (e, estimate) in judged.iter().enumerate() {
+    for (e, estimate) in stated.iter().enumerate() {
         match of_estimate[e] {
             Some((t, error)) if wanted(t) => {
                 let right = estimate.model == truths[t].placed.model;
@@ -147,18 +150,17 @@ pub fn score_poses(
                 score.types_right += usize::from(right && estimate.type_judged);
                 score.types_open += usize::from(!estimate.type_judged);
                 score.errors.push(error);
-                let truth = &truths[t].placed;
-                let centre = |model: ModelId, pose: Pose| pose * catalog.get(model).centre;
+                let truth = truths[t].placed.posed(catalog);
                 displaced.push(
-                    centre(estimate.model, estimate.site_from_block)
-                        - centre(truth.model, truth.site_from_block),
+                    estimate.centre(catalog.get(estimate.model)) - truth.pose * truth.model.centre,
                 );
-                score.confidence.push((estimate.confidence, right || !estimate.type_judged));
+                let holds = right || !estimate.type_judged;
+                score.confidence.extend(estimate.confidence.map(|c| (c, holds)));
             }
             Some(_) => score.ignored += 1,
             None => {
                 score.counts.false_positives += 1;
-                score.confidence.push((estimate.confidence, false));
+                score.confidence.extend(estimate.confidence.map(|c| (c, false)));
             }
         }
     }

@@ -1,10 +1,11 @@
 //! Pose scores on hand-made cases and the laws of symmetry.
 
 use geom::{Pose, Quat, TriMesh, Vec3};
-use metrics::{PoseCriteria, TrueBlock, model_distances_m, pose_error, score_poses};
+use metrics::{PoseCriteria, TrueBlock, model_distances_m, score_poses};
 use proptest::prelude::*;
 use scene::{
-    BlockModel, Catalog, InstanceId, Judgement, ModelId, PlacedBlock, Recognised, SymmetryGroup,
+    BlockModel, Catalog, Fit, Guess, InstanceId, ModelId, PlacedBlock, PosedModel, Recognised,
+    SymmetryGroup, Verdict,
 };
 
 /// A 2 m cube whose file's origin is a corner, with the four rotations about z.
@@ -38,20 +39,14 @@ fn at(x: f32, turn_deg: f32) -> Pose {
     Pose::from_parts(Vec3::new(x, 0.0, 0.0) + Vec3::ONE - rotation * Vec3::ONE, rotation)
 }
 
-fn recognised(pose: Pose, judgement: Judgement) -> Recognised {
-    Recognised {
-        block: InstanceId(1),
-        model: ModelId(0),
-        site_from_block: pose,
-        judgement,
-        type_judged: true,
-        confidence: 0.5,
-        fitness_m: 0.0,
-        runner_up: None,
-        occlusion: 0.0,
-        points: Vec::new(),
-        covariance: [0.0; 36],
-    }
+fn stated(pose: Pose) -> Recognised {
+    let fit = Fit { confidence: Some(0.5), ..Fit::of_pose(ModelId(0), pose) };
+    Recognised::of_fit(InstanceId(1), Vec::new(), fit)
+}
+
+fn not_judged(pose: Pose) -> Recognised {
+    let guess = Guess::Fit(Fit::of_pose(ModelId(0), pose));
+    Recognised { verdict: Verdict::NotJudged(guess), ..stated(pose) }
 }
 
 fn truth(pose: Pose, occlusion: f32) -> TrueBlock {
@@ -71,11 +66,11 @@ fn counts_by_hand() {
         truth(at(15.0, 0.0), 0.2),
     ];
     let estimates = [
-        recognised(at(0.1, 3.0), Judgement::Accepted), // true positive: 0.1 m ≤ 0.2 m, 3° ≤ 5°
-        recognised(at(0.15, 0.0), Judgement::Accepted), // second on the same truth: false positive
-        recognised(at(5.0, 0.0), Judgement::Accepted), // meets a 90 % occluded truth: neither
-        recognised(at(10.0, 6.0), Judgement::Accepted), // 6°: false positive, and the truth is missed
-        recognised(at(15.0, 0.0), Judgement::NotJudged), // no statement: the truth is missed
+        stated(at(0.1, 3.0)),      // true positive: 0.1 m ≤ 0.2 m, 3° ≤ 5°
+        stated(at(0.15, 0.0)),     // second on the same truth: false positive
+        stated(at(5.0, 0.0)),      // meets a 90 % occluded truth: neither
+        stated(at(10.0, 6.0)),     // 6°: false positive, and the truth is missed
+        not_judged(at(15.0, 0.0)), // no statement: the truth is missed
     ];
     let score = score_poses(&estimates, &truths, &catalog, &PoseCriteria::default());
     assert_eq!(
@@ -139,11 +134,11 @@ proptest! {
         let rotation = Quat::from_axis_angle(axis, angle);
         let truth = Pose::from_parts(Vec3::new(3.0, -2.0, 1.0), rotation);
         let same = truth * model.symmetry.element(k);
-        let error = pose_error(&model, &same, &model, &truth);
+        let error = PosedModel::new(&model, same).error(&PosedModel::new(&model, truth));
         prop_assert!(error.displacement_m < 1e-4 && error.rotation_rad < 1e-3, "{:?}", error);
         let turn = Quat::from_rotation_x(extra);
         let turned = same * Pose::from_parts(model.centre - turn * model.centre, turn);
-        let error = pose_error(&model, &turned, &model, &truth);
+        let error = PosedModel::new(&model, turned).error(&PosedModel::new(&model, truth));
         prop_assert!((error.rotation_rad - extra).abs() < 1e-3, "{:?} {}", error, extra);
         prop_assert!(error.displacement_m < 1e-4);
     }

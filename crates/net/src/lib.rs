@@ -5,15 +5,18 @@ pub mod checkpoint;
 pub mod graph_backbone;
 pub mod graph_convolution;
 pub mod neighbourhood;
+pub mod prelude;
 pub mod processor;
 pub mod replicas;
 pub mod residual;
 pub mod schedule;
 mod small_gemm;
+pub mod sparse_convolution;
+pub mod sparse_unet;
+pub mod training;
+pub mod voxels;
 pub mod weights;
 
-/// The library itself, for the stages that define a network.
-pub use burn;
 pub use checkpoint::{Checkpoint, CheckpointError, Curve};
 pub use graph_backbone::{BackboneConfig, GraphBackbone, Trace};
 pub use graph_convolution::{GraphConvolution, floats};
@@ -21,4 +24,7 @@ pub use neighbourhood::Neighbourhood;
 pub use processor::{Processor, ProcessorError};
 pub use replicas::Replicas;
 pub use residual::{ResNet, ResNetConfig, ResNetDepth};
+pub use sparse_unet::{SparseUnet, UnetConfig, UnetTrace};
+pub use training::{Schedule, Task, Training, TrainingError};
+pub use voxels::Voxels;
 pub use weights::WeightsError;

@@ -1,9 +1,8 @@
 //! A training's folder may come from elsewhere or from a broken disk: damage is named, and nothing panics.
 
 use net::Checkpoint;
-use net::burn::nn::{Linear, LinearConfig};
-use net::burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
-use net::burn::tensor::{Device, Distribution, Tensor};
+use net::prelude::{Device, Distribution, GradientsParams, Linear, LinearConfig, Tensor};
+use net::training::optimiser;
 use std::path::Path;
 
 fn network(device: &Device) -> Linear {
@@ -12,11 +11,11 @@ fn network(device: &Device) -> Linear {
 
 fn resume(folder: &Path, device: &Device) -> Result<u64, net::CheckpointError> {
     let checkpoint = Checkpoint::open(folder, "{}")?;
-    checkpoint.resume(network(device), AdamWConfig::new().init()).map(|(_, _, done)| done)
+    checkpoint.resume(network(device), optimiser(0.0)).map(|(_, _, done)| done)
 }
 
 fn saved(folder: &Path, device: &Device) {
-    let mut optimiser: ModuleOptimizer = AdamWConfig::new().init();
+    let mut optimiser = optimiser(0.0);
     let network = network(device);
     let input = Tensor::<2>::random([4, 8], Distribution::Default, device);
     let gradients = GradientsParams::from_grads(network.forward(input).sum().backward(), &network);

@@ -23,9 +23,7 @@ use plan::{
     UncertaintyConfig,
 };
 use pose::PoseConfig;
-use scene::{
-    Catalog, DesignSurface, Ground, Judgement, PlacedBlock, Plan, Recognised, Scene, Survey,
-};
+use scene::{Catalog, DesignSurface, Ground, PlacedBlock, Plan, Recognised, Scene, Survey};
 use segment::SegmentConfig;
 use serde::{Deserialize, Serialize};
 
@@ -156,9 +154,5 @@ pub fn ground_of(works: &Works, config: &Config, observer: &dyn Observer) -> Gro
 
 /// The accepted blocks as a pile.
 pub fn placed_blocks(blocks: &[Recognised]) -> Vec<PlacedBlock> {
-    blocks
-        .iter()
-        .filter(|b| b.judgement == Judgement::Accepted)
-        .map(|b| PlacedBlock { block: b.block, model: b.model, site_from_block: b.site_from_block })
-        .collect()
+    blocks.iter().filter_map(Recognised::placed).collect()
 }

@@ -5,16 +5,13 @@
 
 use geom::{DVec3, Event, Observer, Pose, Quat, Warning};
 use scene::{
-    Catalog, InstanceId, Judgement, ModelId, Recognised, Review, ReviewedBlock, SiteFrame, Verdict,
+    Catalog, Decision, Fit, InstanceId, ModelId, PoseLimits, PosedModel, Recognised, Review,
+    ReviewedBlock, SiteFrame, Verdict,
 };
 use serde::Serialize;
 
-/// Centres farther apart than this share of the block's longest edge are two blocks.
-const SAME_PLACE: f32 = 0.25;
 /// Moved by less than this share of the longest edge, the pose is the reviewed one.
 const SAME_MOVE: f32 = 0.01;
-/// Turned by less, the pose is the reviewed one (METHOD §5).
-const SAME_TURN_RAD: f32 = 5.0 * std::f32::consts::PI / 180.0;
 
 /// What one decision did to the blocks of this run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -22,7 +19,8 @@ pub struct Change {
     /// The block's number in the run that was reviewed.
     pub reviewed_block_id: u32,
     /// The decision.
-    pub verdict: Verdict,
+    #[serde(rename = "verdict")]
+    pub decision: Decision,
     /// The block's number in this run; `None`: it has none.
     pub block_id: Option<u32>,
     /// What this run saw otherwise; empty: it agrees.
@@ -68,57 +66,43 @@ pub fn honour(
     if review.format != 1 {
         return Err(ReviewError::Format { format: review.format });
     }
-    let decided =
+    let decisions =
         review.blocks.iter().map(|d| decision(d, catalog, frame)).collect::<Result<Vec<_>, _>>()?;
     let warn =
         |message: String| observer.event(Event::Warned(Warning { stage: "review", message }));
-    let mut changes = Vec::with_capacity(decided.len());
-    for (said, (model, pose)) in review.blocks.iter().zip(decided) {
+    let mut changes = Vec::with_capacity(decisions.len());
+    for (said, (model, pose)) in review.blocks.iter().zip(decisions) {
         let here = nearest(blocks, catalog, model, &pose);
         let mut changed = Vec::new();
-        let block_id = match (said.verdict, here) {
-            (Verdict::Rejected, None) => None,
-            (Verdict::Rejected, Some(i)) => {
+        let block_id = match (said.decision, here) {
+            (Decision::Rejected, None) => None,
+            (Decision::Rejected, Some(i)) => {
                 let gone = blocks.remove(i);
                 changed.push(format!("block {} removed", gone.block.0));
                 None
             }
-            (Verdict::Accepted | Verdict::Corrected, Some(i)) => {
+            (Decision::Accepted | Decision::Corrected, Some(i)) => {
                 let found = &mut blocks[i];
-                let turned = catalog
-                    .get(model)
-                    .symmetry
-                    .rotation_error_rad(found.site_from_block.rotation, pose.rotation);
-                changed = differences(found, catalog, model, &pose, turned);
-                if said.verdict == Verdict::Accepted
-                    && (found.model != model || turned > SAME_TURN_RAD)
-                {
-                    warn(format!(
-                        "block {} was accepted as `{}` and this run sees it otherwise (`{}`, turned by {:.0}°); the review stands",
-                        said.block_id,
-                        said.model,
-                        catalog.get(found.model).name,
-                        turned.to_degrees()
-                    ));
-                }
-                (found.model, found.site_from_block) = (model, pose);
-                (found.judgement, found.confidence) = (Judgement::Accepted, 1.0);
+                changed = differences(found, catalog, model, &pose);
+                warn_of_doubt(said, found, catalog, model, &pose, observer);
+                found.verdict = Verdict::Stated(decided(said, catalog, model, pose, found.fit()));
                 Some(found.block.0)
             }
-            (Verdict::Accepted | Verdict::Corrected, None) => {
+            (Decision::Accepted | Decision::Corrected, None) => {
                 warn(format!(
                     "block {} of the review was not found by this run; it is kept as reviewed",
                     said.block_id
                 ));
                 let number = blocks.iter().map(|b| b.block.0).max().unwrap_or(0) + 1;
-                blocks.push(kept(said, InstanceId(number), model, pose));
+                let fit = decided(said, catalog, model, pose, None);
+                blocks.push(Recognised::of_fit(InstanceId(number), Vec::new(), fit));
                 changed.push("not found by this run".into());
                 Some(number)
             }
         };
         changes.push(Change {
             reviewed_block_id: said.block_id,
-            verdict: said.verdict,
+            decision: said.decision,
             block_id,
             changed,
         });
@@ -127,32 +111,68 @@ pub fn honour(
 }
 
 /// What this run saw otherwise than the reviewer.
-fn differences(
+fn differences(found: &Recognised, catalog: &Catalog, model: ModelId, pose: &Pose) -> Vec<String> {
+    let mut list = Vec::new();
+    if !found.is_stated() {
+        list.push("not judged by this run".into());
+    }
+    let Some(fit) = found.fit() else { return list };
+    if fit.model != model {
+        list.push(format!(
+            "type `{}` to `{}`",
+            catalog.get(fit.model).name,
+            catalog.get(model).name
+        ));
+    }
+    let moved_m = moved_m(fit, pose);
+    if moved_m > SAME_MOVE * catalog.get(model).d_box_m {
+        list.push(format!("moved by {moved_m:.3} m"));
+    }
+    let turned_rad = turned_rad(fit, catalog, model, pose);
+    if turned_rad > PoseLimits::right(catalog.get(model)).rotation_rad {
+        list.push(format!("turned by {:.0}°", turned_rad.to_degrees()));
+    }
+    list
+}
+
+fn moved_m(fit: &Fit, pose: &Pose) -> f32 {
+    (fit.site_from_block.translation - pose.translation).length()
+}
+
+/// Whether a run found the type and the pose that a reviewer states.
+fn same_pose(fit: &Fit, catalog: &Catalog, model: ModelId, pose: &Pose) -> bool {
+    fit.model == model
+        && moved_m(fit, pose) <= SAME_MOVE * catalog.get(model).d_box_m
+        && turned_rad(fit, catalog, model, pose)
+            <= PoseLimits::right(catalog.get(model)).rotation_rad
+}
+
+fn turned_rad(fit: &Fit, catalog: &Catalog, model: ModelId, pose: &Pose) -> f32 {
+    fit.posed(catalog).error(&PosedModel::new(catalog.get(model), *pose)).rotation_rad
+}
+
+/// What a reviewer accepted and this run sees as another type, or turned, is worth a look.
+fn warn_of_doubt(
+    said: &ReviewedBlock,
     found: &Recognised,
     catalog: &Catalog,
     model: ModelId,
     pose: &Pose,
-    turned_rad: f32,
-) -> Vec<String> {
-    let mut list = Vec::new();
-    if found.judgement == Judgement::NotJudged {
-        list.push("not judged by this run".into());
+    observer: &dyn Observer,
+) {
+    let Some(fit) = found.fit().filter(|_| said.decision == Decision::Accepted) else { return };
+    let turned_rad = turned_rad(fit, catalog, model, pose);
+    let turned = turned_rad > PoseLimits::right(catalog.get(model)).rotation_rad;
+    if fit.model != model || turned {
+        let message = format!(
+            "block {} was accepted as `{}` and this run sees it otherwise (`{}`, turned by {:.0}°); the review stands",
+            said.block_id,
+            said.model,
+            catalog.get(fit.model).name,
+            turned_rad.to_degrees()
+        );
+        observer.event(Event::Warned(Warning { stage: "review", message }));
     }
-    if found.model != model {
-        list.push(format!(
-            "type `{}` to `{}`",
-            catalog.get(found.model).name,
-            catalog.get(model).name
-        ));
-    }
-    let moved_m = (found.site_from_block.translation - pose.translation).length();
-    if moved_m > SAME_MOVE * catalog.get(model).d_box_m {
-        list.push(format!("moved by {moved_m:.3} m"));
-    }
-    if turned_rad > SAME_TURN_RAD {
-        list.push(format!("turned by {:.0}°", turned_rad.to_degrees()));
-    }
-    list
 }
 
 fn decision(
@@ -173,36 +193,41 @@ fn decision(
 }
 
 fn nearest(blocks: &[Recognised], catalog: &Catalog, model: ModelId, pose: &Pose) -> Option<usize> {
-    let centre = pose.transform_point(catalog.get(model).centre);
-    let distance = |b: &Recognised| {
-        (b.site_from_block.transform_point(catalog.get(b.model).centre) - centre).length()
-    };
-    let (i, off) = blocks.iter().map(distance).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    (off <= SAME_PLACE * catalog.get(model).d_box_m).then_some(i)
+    let model = catalog.get(model);
+    let centre = *pose * model.centre;
+    let distance = |b: &Recognised| (b.centre(catalog) - centre).length();
+    let (i, off_m) = blocks.iter().map(distance).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (off_m <= PoseLimits::same_place(model).displacement_m).then_some(i)
 }
 
-/// A block on a reviewer's word alone.
-fn kept(said: &ReviewedBlock, block: InstanceId, model: ModelId, pose: Pose) -> Recognised {
-    Recognised {
-        block,
-        model,
-        site_from_block: pose,
-        judgement: Judgement::Accepted,
-        type_judged: true,
-        confidence: 1.0,
-        fitness_m: said.fitness_m,
-        runner_up: None,
-        occlusion: said.occlusion,
-        points: Vec::new(),
-        covariance: [0.0; 36],
-    }
+/// A block on a reviewer's word: the pose is theirs and as sure as they are, the fit what was measured of it. No points
+/// hold a pose that a person put there, so that it has a covariance only where it is the one that was found.
+fn decided(
+    said: &ReviewedBlock,
+    catalog: &Catalog,
+    model: ModelId,
+    pose: Pose,
+    found: Option<&Fit>,
+) -> Fit {
+    let fit = match found {
+        Some(fit) => {
+            let same = same_pose(fit, catalog, model, &pose);
+            Fit { covariance: fit.covariance.filter(|_| same), ..fit.clone() }
+        }
+        None => Fit {
+            fitness_m: said.fitness_m,
+            occlusion: said.occlusion,
+            ..Fit::of_pose(model, pose)
+        },
+    };
+    Fit { model, site_from_block: pose, confidence: Some(1.0), ..fit }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use geom::{Silent, Vec3};
-    use scene::Shape;
+    use scene::{Guess, Shape};
 
     fn catalog() -> Catalog {
         let model = |name: &str, shape| blocks::shape_model(name, shape, 2300.0).unwrap();
@@ -218,23 +243,15 @@ mod tests {
 
     fn found(x: f32) -> Recognised {
         let pose = Pose::from_parts(Vec3::new(x, 0.0, 0.0), Quat::IDENTITY);
-        Recognised {
-            judgement: Judgement::NotJudged,
-            confidence: 0.3,
-            points: vec![1, 2],
-            ..kept(
-                &said(1, Verdict::Accepted, "tetrapod", x),
-                InstanceId(1 + x as u32),
-                ModelId(0),
-                pose,
-            )
-        }
+        let fit = Fit { confidence: Some(0.3), ..Fit::of_pose(ModelId(0), pose) };
+        let verdict = Verdict::NotJudged(Guess::Fit(fit));
+        Recognised { block: InstanceId(1 + x as u32), points: vec![1, 2], verdict }
     }
 
-    fn said(block_id: u32, verdict: Verdict, model: &str, x: f32) -> ReviewedBlock {
+    fn said(block_id: u32, decision: Decision, model: &str, x: f32) -> ReviewedBlock {
         ReviewedBlock {
             block_id,
-            verdict,
+            decision,
             model: model.into(),
             x_m: -62000.0 + f64::from(x),
             y_m: -42000.0,
@@ -243,8 +260,8 @@ mod tests {
             qx: 0.0,
             qy: 0.0,
             qz: 0.0,
-            fitness_m: 0.02,
-            occlusion: 0.5,
+            fitness_m: Some(0.02),
+            occlusion: Some(0.5),
             note: String::new(),
         }
     }
@@ -257,12 +274,13 @@ mod tests {
             format: 1,
             reviewer: "Sato".into(),
             blocks: vec![
-                said(1, Verdict::Accepted, "tetrapod", 0.1),
-                said(4, Verdict::Rejected, "tetrapod", 3.0),
-                said(7, Verdict::Corrected, "cube", 6.2),
-                said(9, Verdict::Accepted, "tetrapod", 12.0),
-                said(8, Verdict::Rejected, "tetrapod", 20.0),
+                said(1, Decision::Accepted, "tetrapod", 0.1),
+                said(4, Decision::Rejected, "tetrapod", 3.0),
+                said(7, Decision::Corrected, "cube", 6.2),
+                said(9, Decision::Accepted, "tetrapod", 12.0),
+                said(8, Decision::Rejected, "tetrapod", 20.0),
             ],
+            ..Review::default()
         };
         let changes = honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
         let told: Vec<_> = changes
@@ -279,7 +297,10 @@ mod tests {
         assert_eq!(told, expected.map(|(a, b, c)| (a, b, c.to_string())));
         let seen: Vec<_> = blocks
             .iter()
-            .map(|b| (b.block.0, b.model.0, b.site_from_block.translation.x, b.points.len()))
+            .map(|b| {
+                let fit = b.stated().unwrap();
+                (b.block.0, fit.model.0, fit.site_from_block.translation.x, b.points.len())
+            })
             .collect();
         assert_eq!(seen.len(), 3);
         assert!(
@@ -294,7 +315,8 @@ mod tests {
                 < 0.01),
             "{seen:?}"
         );
-        assert!(blocks.iter().all(|b| b.judgement == Judgement::Accepted && b.confidence == 1.0));
+        let fits: Vec<&Fit> = blocks.iter().map(|b| b.stated().unwrap()).collect();
+        assert!(fits.iter().all(|f| f.confidence == Some(1.0) && f.covariance.is_none()));
         // Once more changes nothing.
         let before = blocks.clone();
         honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
@@ -305,16 +327,16 @@ mod tests {
     fn what_cannot_be_applied_is_named() {
         let (catalog, frame) = (catalog(), frame());
         let fails = |format, block: ReviewedBlock| {
-            let review = Review { format, reviewer: String::new(), blocks: vec![block] };
+            let review = Review { format, blocks: vec![block], ..Review::default() };
             honour(&review, &catalog, &frame, &mut Vec::new(), &Silent).unwrap_err().to_string()
         };
-        assert!(fails(2, said(1, Verdict::Accepted, "cube", 0.0)).contains("format 2"));
+        assert!(fails(2, said(1, Decision::Accepted, "cube", 0.0)).contains("format 2"));
         assert!(
-            fails(1, said(5, Verdict::Accepted, "dolos", 0.0))
+            fails(1, said(5, Decision::Accepted, "dolos", 0.0))
                 .contains("block 5 is of type `dolos`")
         );
         assert!(
-            fails(1, ReviewedBlock { qw: 0.2, ..said(5, Verdict::Accepted, "cube", 0.0) })
+            fails(1, ReviewedBlock { qw: 0.2, ..said(5, Decision::Accepted, "cube", 0.0) })
                 .contains("block 5 has a pose")
         );
     }

@@ -69,3 +69,12 @@ pub enum PlacementError {
         loss: f32,
     },
 }
+
+impl From<net::TrainingError> for PlacementError {
+    fn from(error: net::TrainingError) -> Self {
+        match error {
+            net::TrainingError::Diverged { step, loss } => Self::Diverged { step, loss },
+            net::TrainingError::Threads(message) => Self::Threads(message),
+        }
+    }
+}

@@ -2,10 +2,7 @@
 //! there are modes, and one number a mode for how sure it is.
 
 use crate::{PlacementError, RotationCode};
-use net::burn::nn::{Linear, LinearConfig};
-use net::burn::tensor::activation::relu;
-use net::burn::tensor::{Device, Tensor, TensorData};
-use net::burn::{self, module::Module};
+use net::prelude::{Device, Linear, LinearConfig, Module, Tensor, TensorData, burn, relu};
 use net::{ResNet, ResNetConfig, residual};
 use plan::DepthView;
 use serde::{Deserialize, Serialize};

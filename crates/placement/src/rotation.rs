@@ -4,7 +4,7 @@
 //! and are kept to show what that costs (Table 4.1). Matrices are nine numbers, column after column.
 
 use geom::{Mat3, Quat};
-use net::burn::tensor::Tensor;
+use net::prelude::Tensor;
 use serde::{Deserialize, Serialize};
 
 /// The way a rotation is written.
@@ -91,8 +91,8 @@ pub(crate) fn quat(m: &[f32]) -> Quat {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use net::burn::tensor::{Device, TensorData};
     use net::floats;
+    use net::prelude::{Device, TensorData};
     use proptest::prelude::*;
 
     fn matrix(code: RotationCode, numbers: &[f32]) -> Vec<f32> {

@@ -2,20 +2,16 @@
 
 use crate::evaluate::{Errors, errors};
 use crate::image::{stored_view, turned};
-use crate::loss::{Lesson, LossReport, loss};
+use crate::loss::{LossReport, Target, loss};
 use crate::network::{NetworkShape, PlacementNetwork};
 use crate::samples::{Sample, SampleConfig};
 use crate::{ModelDescription, PlacementError, PlacementModel};
-use geom::{Event, Observer, Quat, SeedTree};
-use net::burn::grad_clipping::GradientClippingConfig;
-use net::burn::module::Module;
-use net::burn::optim::{AdamWConfig, GradientsParams};
-use net::burn::tensor::Device;
-use net::replicas::sum_gradients;
-use net::schedule::cosine_with_warmup;
-use net::{Checkpoint, Replicas};
+use geom::{Observer, Quat, SeedTree};
+use net::prelude::{Device, GradientsParams, Module};
+use net::training::{Part, first_weights};
+use net::{Checkpoint, Replicas, Schedule, Task, Training};
 use rand::RngExt;
-use scene::{BlockModel, ShapeSignature, SymmetryGroup};
+use scene::{BlockModel, ShapeSignature};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -82,9 +78,6 @@ pub struct Trained {
     pub errors: Errors,
 }
 
-const HEADER: &str = "step,learning_rate,loss,pose,sureness,\
-                      held_out_rotation_deg,held_out_displacement,nearest_rotation_deg,nearest_displacement";
-
 /// Trains in `folder`: `curve.csv`, `config.json`, `checkpoint/`, `model.safetensors`. A folder with a checkpoint is resumed.
 /// Stops after a checkpoint when the observer is cancelled.
 pub fn train(
@@ -101,70 +94,85 @@ pub fn train(
         return Err(PlacementError::NoSamples);
     }
     let device = Device::flex().autodiff();
-    let replicas = Replicas::new(config.replicas).map_err(PlacementError::Threads)?;
-    let optimiser = AdamWConfig::new()
-        .with_weight_decay(config.weight_decay)
-        .with_epsilon(1e-8)
-        .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
-        .init();
-    device.seed(seed.child("weights", 0).value());
-    let network = PlacementNetwork::new(&config.network, &device).materialize();
+    let network =
+        first_weights(&device, seed, |device| PlacementNetwork::new(&config.network, device));
     // A training may go on for longer than first meant, with nothing else changed.
     let lasting = TrainConfig { steps: 0, ..config.clone() };
     let settings = serde_json::to_string_pretty(&lasting)
         .map_err(|e| PlacementError::Description(e.to_string()))?;
     let checkpoint = Checkpoint::open(folder, &settings)?;
-    let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser)?;
-    let mut curve = checkpoint.curve(HEADER, first)?;
-    let described = |network: &PlacementNetwork, steps: u64| {
+    let schedule = config.schedule();
+    let training: Training<'_, PlacementNetwork> =
+        Training::begin::<PlacementError>(network, schedule, &checkpoint, device, observer)?;
+    let windows = Windows { samples, held_out, block, config, seed };
+    let outcome = training.run(&windows, |_| Ok(()))?;
+    let model = windows.model_of(&outcome.network, outcome.steps);
+    Ok(Trained { model, steps: outcome.steps, errors: outcome.judgement })
+}
+
+/// Windows with their good drops, for the training loop.
+struct Windows<'a> {
+    samples: &'a [Sample],
+    held_out: &'a [Sample],
+    block: &'a BlockModel,
+    config: &'a TrainConfig,
+    seed: SeedTree,
+}
+
+impl Windows<'_> {
+    fn model_of(&self, network: &PlacementNetwork, steps: u64) -> PlacementModel {
         let description = ModelDescription {
-            name: config.name.clone(),
-            network: config.network,
+            name: self.config.name.clone(),
+            network: self.config.network,
             steps,
-            block: ShapeSignature::of(block),
+            block: ShapeSignature::of(self.block),
         };
         PlacementModel::new(description, network.valid())
-    };
-    observer.event(Event::Started { stage: "train", total: config.steps });
-    let mut done = first;
-    for step in first..config.steps {
-        // Copies with leaves of their own: tapes that share a parameter are one tape, and two threads walking it
-        // backwards wait for each other for ever.
-        let copies: Vec<PlacementNetwork> =
-            (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
-        let results = replicas.run(|replica| {
-            let drawn = draw(samples, config, seed.child("batch", step), replica);
-            gradients(&copies[replica], drawn, block, config, replicas.len(), &device)
-        });
-        let (parts, reports): (Vec<_>, Vec<_>) = results.into_iter().unzip();
-        let report = mean(&reports);
-        if !report.total.is_finite() {
-            return Err(PlacementError::Diverged { step, loss: report.total });
-        }
-        let rate = cosine_with_warmup(config.learning_rate, config.warmup, step, config.steps);
-        let sum = sum_gradients(&network, parts);
-        network = optimiser.step(rate, network, sum);
-        done = step + 1;
-        let last = done == config.steps;
-        let judged = done % config.validation_steps == 0 || last;
-        if judged || done % 20 == 0 {
-            let found =
-                judged.then(|| errors(&described(&network, done), held_out, &block.symmetry));
-            curve.write(&line(done, rate, &report, found.as_ref()))?;
-        }
-        let stop = observer.cancelled();
-        if done % config.checkpoint_steps == 0 || last || stop {
-            checkpoint.save(&network, &optimiser, done, &described(&network, done).to_bytes()?)?;
-        }
-        observer.event(Event::Advanced { stage: "train", done });
-        if stop {
-            break;
-        }
     }
-    observer.event(Event::Finished { stage: "train" });
-    let model = described(&network, done);
-    let errors = errors(&model, held_out, &block.symmetry);
-    Ok(Trained { model, steps: done, errors })
+}
+
+impl Task for Windows<'_> {
+    type Network = PlacementNetwork;
+    type Batch = ();
+    type Report = LossReport;
+    type Judgement = Errors;
+    type Error = PlacementError;
+    const HEADER: &'static str = "step,learning_rate,loss,pose,sureness,\
+                                  held_out_rotation_deg,held_out_displacement,nearest_rotation_deg,nearest_displacement";
+
+    fn gradients(
+        &self,
+        network: &PlacementNetwork,
+        (): &(),
+        part: &Part<'_>,
+    ) -> (GradientsParams, LossReport) {
+        let seed = self.seed.child("batch", part.step);
+        let (images, targets) = draw(self.samples, self.config, seed, part.replica);
+        let output = network.forward(images, &self.config.network, part.device);
+        let (total, report) = loss(output, &targets, &self.block.symmetry, part.device);
+        let tape = total.div_scalar(part.replicas as f32).backward();
+        (GradientsParams::from_grads(tape, network), report)
+    }
+
+    fn mean(&self, parts: &[LossReport]) -> LossReport {
+        mean(parts)
+    }
+
+    fn loss(&self, report: &LossReport) -> f32 {
+        report.total
+    }
+
+    fn judge(&self, network: &PlacementNetwork, steps: u64, _: &Replicas) -> Errors {
+        errors(&self.model_of(network, steps), self.held_out, &self.block.symmetry)
+    }
+
+    fn line(&self, step: u64, rate: f64, report: &LossReport, judged: Option<&Errors>) -> String {
+        line(step, rate, report, judged)
+    }
+
+    fn model(&self, network: &PlacementNetwork, steps: u64) -> Result<Vec<u8>, PlacementError> {
+        self.model_of(network, steps).to_bytes()
+    }
 }
 
 /// The images of a replica's part of a batch and what they teach.
@@ -173,46 +181,31 @@ fn draw(
     config: &TrainConfig,
     seed: SeedTree,
     replica: usize,
-) -> (Vec<f32>, Vec<Lesson>) {
+) -> (Vec<f32>, Vec<Target>) {
     let to = config.network.view;
     let from = stored_view(&to);
     let mut rng = seed.child("replica", replica as u64).rng();
     let part = (config.batch / config.replicas).max(1);
     let mut images = Vec::new();
-    let mut lessons = Vec::new();
+    let mut targets = Vec::new();
     for _ in 0..part {
         let sample = &samples[rng.random_range(0..samples.len())];
         let turn_rad = rng.random::<f32>() * std::f32::consts::TAU;
         images.extend(turned(&sample.depth(), &from, &to, turn_rad));
-        lessons.push(lesson(sample, config, turn_rad));
+        targets.push(target(sample, config, turn_rad));
     }
-    (images, lessons)
+    (images, targets)
 }
 
 /// The good drops of a window turned with it, better ones weighing more.
-fn lesson(sample: &Sample, config: &TrainConfig, turn_rad: f32) -> Lesson {
+fn target(sample: &Sample, config: &TrainConfig, turn_rad: f32) -> Target {
     let turn = Quat::from_rotation_z(turn_rad);
     let best = sample.good.first().map_or(0.0, |g| g.filled);
     let weight = |filled: f32| ((filled - best) / (config.tolerance * best.max(1e-3))).exp();
     let taught = &sample.good[..config.targets.min(sample.good.len())];
     let sum: f32 = taught.iter().map(|g| weight(g.filled)).sum();
     let poses = taught.iter().map(|g| (turn * g.centre, turn * g.rotation, weight(g.filled) / sum));
-    Lesson { poses: poses.collect() }
-}
-
-fn gradients(
-    network: &PlacementNetwork,
-    (images, lessons): (Vec<f32>, Vec<Lesson>),
-    block: &BlockModel,
-    config: &TrainConfig,
-    replicas: usize,
-    device: &Device,
-) -> (GradientsParams, LossReport) {
-    let symmetry: &SymmetryGroup = &block.symmetry;
-    let output = network.forward(images, &config.network, device);
-    let (total, report) = loss(output, &lessons, symmetry, device);
-    let tape = total.div_scalar(replicas as f32).backward();
-    (GradientsParams::from_grads(tape, network), report)
+    Target { poses: poses.collect() }
 }
 
 fn mean(reports: &[LossReport]) -> LossReport {
@@ -241,6 +234,18 @@ fn line(step: u64, rate: f64, report: &LossReport, found: Option<&Errors>) -> St
 }
 
 impl TrainConfig {
+    fn schedule(&self) -> Schedule {
+        Schedule {
+            steps: self.steps,
+            learning_rate: self.learning_rate,
+            warmup: self.warmup,
+            weight_decay: self.weight_decay,
+            replicas: self.replicas,
+            checkpoint_steps: self.checkpoint_steps,
+            validation_steps: self.validation_steps,
+        }
+    }
+
     fn check(&self) -> Result<(), PlacementError> {
         let at_least = |name, value: f64, least: f64, allowed| {
             if value >= least {

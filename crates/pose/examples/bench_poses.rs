@@ -130,7 +130,7 @@ fn main() {
         points += made.instance.len();
         blocks += truths.len();
         hypotheses += segmentation.hypotheses.len();
-        open += found.iter().filter(|r| r.judgement == scene::Judgement::NotJudged).count();
+        open += found.iter().filter(|r| !r.is_stated()).count();
         features.extend(score.confidence.iter().copied());
         pooled = pooled.plus(&score);
     }
@@ -213,8 +213,7 @@ fn dump(
             serde_json::json!({"points": points, "truth": pose(&truth.placed.site_from_block), "occlusion": truth.occlusion})
         })
         .collect();
-    let accepted = found.iter().filter(|r| r.judgement == scene::Judgement::Accepted);
-    let stated: Vec<_> = accepted.map(|r| pose(&r.site_from_block)).collect();
+    let stated: Vec<_> = scene::stated(found).map(|(_, fit)| pose(&fit.site_from_block)).collect();
     let rotations: Vec<_> = model.symmetry.rotations().iter().map(|q| q.to_array()).collect();
     let sensor: Vec<_> = made.survey.sensor_positions.iter().map(|p| p.to_array()).collect();
     let value = serde_json::json!({
@@ -365,13 +364,10 @@ fn signs_of(
         .expect("SIGNS can be written");
     for (r, features) in stated {
         let Some(features) = features else { continue };
-        let right = truths.iter().find(|t| {
-            let (model, truth) = (catalog.get(r.model), catalog.get(t.placed.model));
-            let e =
-                metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
-            e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
-        });
-        let kind = right.is_some_and(|t| t.placed.model == r.model);
+        let Some(fit) = r.fit() else { continue };
+        let right =
+            truths.iter().find(|t| scene::is_right(&fit.posed(catalog), &t.placed.posed(catalog)));
+        let kind = right.is_some_and(|t| t.placed.model == fit.model);
         let terms: Vec<String> = features.terms().iter().map(|f| format!("{f:.5}")).collect();
         let (place, kind, margin) =
             (u8::from(right.is_some()), u8::from(kind), features.type_margin);
@@ -388,20 +384,17 @@ fn types(
 ) {
     for (r, features) in stated {
         let Some(features) = features.filter(|s| s.type_margin.is_finite()) else { continue };
-        let right = truths.iter().find(|t| {
-            let (model, truth) = (catalog.get(r.model), catalog.get(t.placed.model));
-            let e =
-                metrics::pose_error(model, &r.site_from_block, truth, &t.placed.site_from_block);
-            e.displacement_m <= 0.1 * truth.d_box_m && e.rotation_rad <= 5.0_f32.to_radians()
-        });
+        let Some(fit) = r.fit() else { continue };
+        let right =
+            truths.iter().find(|t| scene::is_right(&fit.posed(catalog), &t.placed.posed(catalog)));
         if let Some(t) = right {
-            let same = u8::from(t.placed.model == r.model);
+            let same = u8::from(t.placed.model == fit.model);
             println!(
                 "  margin {:.2} right {same} occl {:.2} points {} at {:.1}",
                 features.type_margin,
                 t.occlusion,
                 r.points.len(),
-                r.site_from_block.translation
+                fit.site_from_block.translation
             );
         }
     }
@@ -409,31 +402,24 @@ fn types(
 
 /// Every mistake with what is near it.
 fn explain(found: &[scene::Recognised], truths: &[TrueBlock], catalog: &Catalog) {
-    let error = |r: &scene::Recognised, t: &TrueBlock| {
-        metrics::pose_error(
-            catalog.get(r.model),
-            &r.site_from_block,
-            catalog.get(t.placed.model),
-            &t.placed.site_from_block,
-        )
-    };
+    let error =
+        |fit: &scene::Fit, t: &TrueBlock| fit.posed(catalog).error(&t.placed.posed(catalog));
     let right = |r: &scene::Recognised, t: &TrueBlock| {
-        let e = error(r, t);
-        e.displacement_m <= 0.1 * catalog.get(t.placed.model).d_box_m
-            && e.rotation_rad <= 5.0_f32.to_radians()
+        r.fit().is_some_and(|fit| scene::is_right(&fit.posed(catalog), &t.placed.posed(catalog)))
     };
     for r in found.iter().filter(|r| !truths.iter().any(|t| right(r, t))) {
+        let Some(fit) = r.fit() else { continue };
         let near = truths
             .iter()
-            .min_by(|a, b| error(r, a).displacement_m.total_cmp(&error(r, b).displacement_m))
+            .min_by(|a, b| error(fit, a).displacement_m.total_cmp(&error(fit, b).displacement_m))
             .expect("scenes have blocks");
-        let e = error(r, near);
+        let e = error(fit, near);
         println!(
-            "  false {:?} conf {:.2} occl {:.2} fit {:.3}: nearest truth off {:.2} m {:.0}° occl {:.2}",
-            r.judgement,
-            r.confidence,
-            r.occlusion,
-            r.fitness_m,
+            "  false, {}, conf {:.2} occl {:.2} fit {:.3}: nearest truth off {:.2} m {:.0}° occl {:.2}",
+            if r.is_stated() { "stated" } else { "not judged" },
+            fit.confidence.unwrap_or(f32::NAN),
+            fit.occlusion.unwrap_or(f32::NAN),
+            fit.fitness_m.unwrap_or(f32::NAN),
             e.displacement_m,
             e.rotation_rad.to_degrees(),
             near.occlusion

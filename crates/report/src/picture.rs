@@ -3,17 +3,16 @@
 use crate::colour::{ADDED, Rgb, of_type, ramp};
 use crate::{Camera, Image, ReportInput, StillMesh, StillPoints, still};
 use geom::{Bounds, Vec3};
-use scene::{Catalog, Judgement, PlacedBlock};
+use scene::{Catalog, PlacedBlock};
 
 /// Blocks a survey shows, and those to add, seen from the south-west; points where no block stands for them. A block
 /// that is not judged is no block here: it may be anything.
 pub fn site_picture(input: &ReportInput, width: usize, height: usize) -> Image {
     let grey = |c: Rgb| c.map(|v| (u16::from(v) / 4 + 150) as u8);
-    let judged = input.recognised.iter().filter(|r| r.judgement == Judgement::Accepted);
-    let found = judged.map(|r| StillMesh {
-        mesh: &input.catalog.get(r.model).mesh,
-        pose: r.site_from_block,
-        colour: grey(of_type(r.model.0)),
+    let found = scene::stated(input.recognised).map(|(_, fit)| StillMesh {
+        mesh: &input.catalog.get(fit.model).mesh,
+        pose: fit.site_from_block,
+        colour: grey(of_type(fit.model.0)),
     });
     let added = input.plan.iter().flat_map(|p| &p.placements).map(|p| StillMesh {
         mesh: &input.catalog.get(p.model).mesh,

@@ -6,7 +6,6 @@
 use crate::pose_judge::{no_segments, truths};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets};
 use geom::SeedTree;
-use metrics::pose_error;
 use pose::{EvidenceConfig, PoseConfig};
 use segment::{SegmentConfig, SegmentModel, segment};
 use std::fmt::Write;
@@ -60,25 +59,17 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
                     bench.observer,
                 )?;
                 for (block, features) in found {
-                    let Some(features) = features else { continue };
-                    let right = truths(&made).into_iter().find(|t| {
-                        let (model, truth) =
-                            (set.catalog.get(block.model), set.catalog.get(t.placed.model));
-                        let e = pose_error(
-                            model,
-                            &block.site_from_block,
-                            truth,
-                            &t.placed.site_from_block,
-                        );
-                        e.displacement_m <= 0.1 * truth.d_box_m
-                            && e.rotation_rad <= 5.0_f32.to_radians()
-                    });
+                    let (Some(features), Some(fit)) = (features, block.fit()) else { continue };
+                    let posed = fit.posed(&set.catalog);
+                    let right = truths(&made)
+                        .into_iter()
+                        .find(|t| scene::is_right(&posed, &t.placed.posed(&set.catalog)));
                     let case = Case {
-                        confidence: block.confidence,
+                        confidence: fit.confidence.expect("what has features has a confidence"),
                         type_margin: features.type_margin,
                         pose_right: right.is_some(),
-                        type_judged: block.type_judged,
-                        type_right: right.is_some_and(|t| t.placed.model == block.model),
+                        type_judged: fit.type_judged,
+                        type_right: right.is_some_and(|t| t.placed.model == fit.model),
                     };
                     let terms: Vec<String> =
                         features.terms().iter().map(|f| format!("{f:.5}")).collect();

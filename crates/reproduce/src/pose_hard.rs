@@ -4,11 +4,10 @@
 use crate::pose_judge::{Pooled, heads, row, true_segments, truths};
 use crate::{Bench, Experiment, ReproduceError, Table};
 use geom::{SeedTree, Vec3};
-use metrics::pose_error;
 use pose::PoseConfig;
 use rand::RngExt;
 use rand::seq::SliceRandom;
-use scene::{Catalog, Judgement, Segmentation, Shape};
+use scene::{Catalog, Fit, Segmentation, Shape};
 use synth::{Recipe, SynthScene};
 
 pub const HARD: Experiment = Experiment {
@@ -100,32 +99,18 @@ fn hard(bench: &Bench) -> Result<String, ReproduceError> {
                 bench.observer,
             )?;
             for truth in truths(made).iter().filter(|t| (0.70..=0.95).contains(&t.occlusion)) {
-                let model = catalog.get(truth.placed.model);
-                let error = |r: &scene::Recognised| {
-                    pose_error(
-                        catalog.get(r.model),
-                        &r.site_from_block,
-                        model,
-                        &truth.placed.site_from_block,
-                    )
-                };
-                let good = |r: &&scene::Recognised| {
-                    let e = error(r);
-                    e.displacement_m <= 0.1 * model.d_box_m
-                        && e.rotation_rad <= 5.0_f32.to_radians()
-                };
+                let placed = truth.placed.posed(&catalog);
+                let off_m = |fit: &&Fit| fit.posed(&catalog).error(&placed).displacement_m;
+                let good = |fit: &Fit| scene::is_right(&fit.posed(&catalog), &placed);
                 asked += 1;
-                right += usize::from(found.iter().any(|r| good(&r)));
+                right += usize::from(found.iter().filter_map(|r| r.fit()).any(good));
                 // The statement about this block: the accepted one nearest to it, if any is near.
-                let about = found
-                    .iter()
-                    .filter(|r| {
-                        r.judgement == Judgement::Accepted
-                            && error(r).displacement_m < 0.5 * model.d_max_m
-                    })
-                    .min_by(|a, b| error(a).displacement_m.total_cmp(&error(b).displacement_m));
+                let about = scene::stated(&found)
+                    .map(|(_, fit)| fit)
+                    .filter(|fit| off_m(fit) < 0.5 * placed.model.d_max_m)
+                    .min_by(|a, b| off_m(a).total_cmp(&off_m(b)));
                 stated += usize::from(about.is_some());
-                stated_right += usize::from(about.as_ref().is_some_and(good));
+                stated_right += usize::from(about.is_some_and(good));
             }
         }
         table.row([

@@ -113,7 +113,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
 }
 
 /// The points of recognised blocks as instances.
-fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
+pub fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
     let mut found = Segmentation {
         instance: vec![0; points],
         confidence: vec![0.0; points],
@@ -124,10 +124,10 @@ fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
         for &i in &block.points {
             found.instance[i as usize] = label;
         }
-        let centre = block.site_from_block.translation;
+        let Some(fit) = block.fit() else { continue };
         found.hypotheses.push(CentreHypothesis {
-            centre,
-            score: block.confidence,
+            centre: fit.site_from_block.translation,
+            score: fit.confidence.unwrap_or(0.0),
             points: block.points.clone(),
         });
     }

@@ -103,6 +103,52 @@ pub enum Shape {
         /// Length of a bar, metres.
         size: f32,
     },
+    /// A bin part: a ring on a shank.
+    EyeBolt {
+        /// Length, metres.
+        size: f32,
+    },
+    /// A bin part: a stepped shaft with a toothed wheel.
+    GearShaft {
+        /// Length, metres.
+        size: f32,
+    },
+    /// A bin part: a dished round plate with six holes.
+    HoledPlate {
+        /// Diameter, metres.
+        size: f32,
+    },
+    /// A bin part: a holed plate with lugs and pegs that catch in others.
+    HookPlate {
+        /// Length, metres.
+        size: f32,
+    },
+    /// A bin part: a bracket of sheet with two upright walls.
+    Bracket {
+        /// Length, metres.
+        size: f32,
+    },
+}
+
+impl Shape {
+    /// The one length that decides the shape, metres.
+    pub fn size_m(&self) -> f32 {
+        match *self {
+            Self::Tetrapod { size }
+            | Self::Dolos { size }
+            | Self::Cube { size }
+            | Self::Antifer { size }
+            | Self::CoreLocLike { size }
+            | Self::XblocLike { size }
+            | Self::AccropodeLike { size }
+            | Self::SixLegLike { size }
+            | Self::EyeBolt { size }
+            | Self::GearShaft { size }
+            | Self::HoledPlate { size }
+            | Self::HookPlate { size }
+            | Self::Bracket { size } => size,
+        }
+    }
 }
 
 /// Unit of a mesh file.

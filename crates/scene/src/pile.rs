@@ -1,6 +1,6 @@
 //! A pile as physics, ground truth and recognition all speak of it.
 
-use crate::{InstanceId, ModelId};
+use crate::{Catalog, InstanceId, ModelId, PosedModel};
 use geom::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +13,13 @@ pub struct PlacedBlock {
     pub model: ModelId,
     /// Block to local frame.
     pub site_from_block: Pose,
+}
+
+impl PlacedBlock {
+    /// With its type's model.
+    pub fn posed<'a>(&self, catalog: &'a Catalog) -> PosedModel<'a> {
+        PosedModel::new(catalog.get(self.model), self.site_from_block)
+    }
 }
 
 /// What the blocks lie on.

@@ -1,8 +1,8 @@
 //! The thesis' clustering (METHOD §2): Algorithm 1 picks centres by score, then every point joins the centre nearest
 //! in embedding space — among those in reach — and is noise when that one is farther away than d_max.
 
-use crate::fpccv2::EMBEDDING;
 use crate::infer::Prediction;
+use crate::output::EMBEDDING;
 use geom::{PointGrid, Vec3};
 
 /// Centres (indices of points) and the centre each point joined.

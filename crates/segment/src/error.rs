@@ -27,10 +27,21 @@ pub enum SegmentError {
     #[error("weights: {0}")]
     Weights(#[from] net::WeightsError),
     /// A model file of another kind of network.
-    #[error("the model file holds a `{found}` network; this program reads `fpcc` and `fpccv2`")]
+    #[error(
+        "the model file holds a `{found}` network; this program reads {}",
+        crate::network::known()
+    )]
     Architecture {
         /// What the file says.
         found: String,
+    },
+    /// Weights that do not vote have no votes to calibrate.
+    #[error(
+        "a `{architecture}` network casts no votes, so there is nothing to fit a confidence to"
+    )]
+    NoVotes {
+        /// The network.
+        architecture: &'static str,
     },
     /// The model file has no usable description.
     #[error("the model file's description is unusable: {0}")]
@@ -55,6 +66,16 @@ pub enum SegmentError {
         value: f64,
         /// What is allowed.
         allowed: &'static str,
+    },
+    /// A key that this network does not have.
+    #[error(
+        "{name} says nothing to a `{architecture}` network; leave it out, or choose another train.network"
+    )]
+    NoSuchKey {
+        /// The key.
+        name: &'static str,
+        /// The network.
+        architecture: &'static str,
     },
     /// A training folder of other settings.
     #[error(
@@ -93,4 +114,13 @@ pub enum SegmentError {
     /// The observer asked to stop; what was computed is lost (training: is in the checkpoint).
     #[error("stopped by the user")]
     Cancelled,
+}
+
+impl From<net::TrainingError> for SegmentError {
+    fn from(error: net::TrainingError) -> Self {
+        match error {
+            net::TrainingError::Diverged { step, loss } => Self::Diverged { step, loss },
+            net::TrainingError::Threads(message) => Self::Threads(message),
+        }
+    }
 }

@@ -5,18 +5,32 @@
 //! neighbours in feature space; joined, a global maximum, two heads. The authors' frozen batch normalisation is left
 //! out, not copied. Runs as tensor operations on any device.
 
-use crate::fpccv2::Output;
+use crate::loss::{LossReport, loss};
+use crate::network::{Design, Inference, Weighted};
+use crate::output::Output;
+use crate::tile::{Targets, ThinScene};
+use crate::train::TrainConfig;
 use geom::{Bounds, SeedTree, Vec3, knn};
-use net::burn::nn::{Linear, LinearConfig};
-use net::burn::tensor::activation::{relu, sigmoid};
-use net::burn::tensor::{Device, Int, Tensor, TensorData};
-use net::burn::{self, module::Module};
 use net::floats;
+use net::prelude::{
+    Device, GradientsParams, Int, Linear, LinearConfig, Module, Tensor, TensorData, burn, relu,
+    sigmoid,
+};
+use rand::RngExt;
 use rand::seq::SliceRandom;
 use serde::{Deserialize, Serialize};
 
-/// Neighbours of an edge convolution, the point itself included.
-const K: usize = 20;
+/// Widest piece shown in training, d_max: as wide as the pieces of a survey.
+const WIDEST_PIECE: f32 = 10.0;
+/// The narrowest, in parts of the widest: free choice, so that a scene's extent, which the input is divided by, varies.
+const NARROWEST_PIECE: f32 = 0.6;
+
+/// The thesis' number of neighbours: files written before it could be set do not hold it.
+const NEIGHBOURS: usize = 20;
+
+fn is_the_thesis(neighbours: &usize) -> bool {
+    *neighbours == NEIGHBOURS
+}
 
 /// Sizes of the network; the thesis' by default.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,11 +44,20 @@ pub struct FpccConfig {
     pub global: usize,
     /// Features of the two layers after it.
     pub joined: [usize; 2],
+    /// Neighbours K of an edge convolution, the point itself included.
+    #[serde(skip_serializing_if = "is_the_thesis")]
+    pub neighbours: usize,
 }
 
 impl Default for FpccConfig {
     fn default() -> Self {
-        Self { batch_points: 4096, edge: 64, global: 1024, joined: [512, 256] }
+        Self {
+            batch_points: 4096,
+            edge: 64,
+            global: 1024,
+            joined: [512, 256],
+            neighbours: NEIGHBOURS,
+        }
     }
 }
 
@@ -54,6 +77,11 @@ pub fn inputs_in(position: &[Vec3], bounds: &Bounds) -> Vec<[f32; 6]> {
             [q.x, q.y, q.z, r.x, r.y, r.z]
         })
         .collect()
+}
+
+/// The same for a training tile.
+fn inputs_of(tile: &Targets) -> Vec<[f32; 6]> {
+    inputs_in(&tile.position, &tile.bounds)
 }
 
 /// Every point of the scene once, in random batches of `size`; the last batch is filled up with points already drawn.
@@ -140,6 +168,7 @@ pub struct Fpcc {
     embedding: Linear,
     centre_hidden: Linear,
     centre: Linear,
+    neighbours: usize,
 }
 
 impl Fpcc {
@@ -157,11 +186,21 @@ impl Fpcc {
             embedding: linear(mix, 128),
             centre_hidden: linear(mix, 128),
             centre: linear(128, 1),
+            neighbours: config.neighbours,
         }
     }
 
     /// `input` of one batch → output; differentiable on an autodiff device.
     pub fn forward(&self, input: &[[f32; 6]], device: &Device) -> FpccOutput {
+        let features = self.features(input, device);
+        FpccOutput {
+            embedding: relu(self.embedding.forward(features.clone())),
+            centre: sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features)))),
+        }
+    }
+
+    /// What both heads read, `[n, joined[1]]`: the backbone alone, for other heads to be held against these.
+    pub fn features(&self, input: &[[f32; 6]], device: &Device) -> Tensor<2> {
         let n = input.len();
         let x =
             Tensor::<2>::from_data(TensorData::new(input.as_flattened().to_vec(), [n, 6]), device);
@@ -171,17 +210,70 @@ impl Fpcc {
             let count = rows.len();
             Tensor::<1, Int>::from_data(TensorData::new(rows, [count]), device)
         };
-        let a = self.first.forward(x, index(knn(&position, K).index)); // [n, 64]
-        let b = self.second.forward(a.clone(), index(nearest_features(a.clone(), K))); // [n, 64]
-        let c = self.third.forward(b.clone(), index(nearest_features(b.clone(), K))); // [n, 64]
+        let a = self.first.forward(x, index(knn(&position, self.neighbours).index)); // [n, 64]
+        let b = self.second.forward(a.clone(), index(nearest_features(a.clone(), self.neighbours))); // [n, 64]
+        let c = self.third.forward(b.clone(), index(nearest_features(b.clone(), self.neighbours))); // [n, 64]
         let local = Tensor::cat(vec![a, b, c], 1); // [n, 192]
         let global = relu(self.global.forward(local.clone())).max_dim(0); // [1, 1024]
         let joined = Tensor::cat(vec![local, global.repeat_dim(0, n)], 1); // [n, 1216]
-        let features = relu(self.mix.forward(relu(self.join.forward(joined)))); // [n, 256]
-        FpccOutput {
-            embedding: relu(self.embedding.forward(features.clone())),
-            centre: sigmoid(self.centre.forward(relu(self.centre_hidden.forward(features)))),
+        relu(self.mix.forward(relu(self.join.forward(joined)))) // [n, 256]
+    }
+}
+
+impl Design for FpccConfig {
+    type Weights = Fpcc;
+
+    fn fresh(&self, device: &Device) -> Fpcc {
+        Fpcc::new(self, device)
+    }
+
+    fn fault(&self) -> Option<&'static str> {
+        if self.neighbours == 0 {
+            return Some("the network's points have no neighbours");
         }
+        (self.batch_points == 0).then_some("the network's batches are empty")
+    }
+
+    fn matrix_weights(&self) -> u128 {
+        let [first, second] = self.joined;
+        [(self.edge, self.edge), (self.edge, self.global), (self.global, first), (first, second)]
+            .into_iter()
+            .fold(0, |sum: u128, (a, b)| sum.saturating_add(a as u128 * b as u128))
+    }
+
+    /// Points drawn from a piece as wide as a scene.
+    fn cut(
+        &self,
+        scene: &ThinScene,
+        config: &TrainConfig,
+        mirror: bool,
+        seed: SeedTree,
+    ) -> Targets {
+        let edge = seed.child("edge", 0).rng().random_range(NARROWEST_PIECE..1.0) * WIDEST_PIECE;
+        scene.sample(self.batch_points, edge, config.margin, mirror, seed)
+    }
+
+    fn gradients(
+        &self,
+        weights: &Fpcc,
+        tile: &Targets,
+        config: &TrainConfig,
+        share: f32,
+        device: &Device,
+    ) -> (GradientsParams, LossReport) {
+        let output = weights.forward(&inputs_of(tile), device).into();
+        let (total, report) = loss(output, tile, &config.loss, device);
+        (GradientsParams::from_grads((total * share).backward(), weights), report)
+    }
+
+    fn loss(&self, weights: &Fpcc, tile: &Targets, config: &TrainConfig) -> LossReport {
+        let device = Device::flex();
+        let output = weights.forward(&inputs_of(tile), &device).into();
+        loss(output, tile, &config.loss, &device).1
+    }
+
+    fn inference(weighted: &Weighted<Self>) -> Inference<'_> {
+        Inference::OwnClusters(weighted)
     }
 }
 
@@ -212,7 +304,6 @@ fn nearest_features(x: Tensor<2>, k: usize) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::RngExt;
 
     #[test]
     fn batches_use_every_point_once_before_filling_up() {

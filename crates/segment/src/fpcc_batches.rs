@@ -1,37 +1,42 @@
 //! FPCC over a thinned cloud of any size: pieces as wide as the scenes it was trained on, each drawn into random batches,
 //! clustered on its own — embeddings of two pieces do not compare — and stitched where their margins overlap.
 
-use crate::SegmentError;
 use crate::embedding_clusters::{Clusters, cluster};
-use crate::fpcc::{Fpcc, batches, inputs_in};
-use crate::fpccv2::EMBEDDING;
-use crate::infer::{Prediction, tiles};
+use crate::fpcc::{Fpcc, FpccConfig, batches, inputs_in};
+use crate::infer::{Found, OwnClusters, Prediction, tiles};
+use crate::network::Weighted;
+use crate::output::EMBEDDING;
+use crate::{SegmentConfig, SegmentError};
 use geom::{Bounds, Observer, SeedTree, Vec3};
-use net::burn::tensor::Device;
 use net::floats;
+use net::prelude::Device;
 
 /// Edge of a piece's core, d_max.
 const CORE: f32 = 6.0;
 /// Seen beyond the core, d_max: a block whose centre lies in the core reaches one out, its neighbours one more.
 pub(crate) const MARGIN: f32 = 2.0;
 
-/// Labels of all points; a prediction whose `vote` is each point's cluster middle.
-pub(crate) struct Found {
-    pub clusters: Clusters,
-    pub prediction: Prediction,
+impl OwnClusters for Weighted<FpccConfig> {
+    fn cluster(
+        &self,
+        position: &[Vec3],
+        config: &SegmentConfig,
+        seed: SeedTree,
+        observer: &dyn Observer,
+        points_done: &mut dyn FnMut(usize),
+    ) -> Result<Found, SegmentError> {
+        cluster_pieces(self, position, config, seed, observer, points_done)
+    }
 }
 
 /// Runs the network on `position` (d_max) with its own clustering.
-#[allow(clippy::too_many_arguments)]
-pub(crate) fn cluster_pieces(
-    network: &Fpcc,
-    batch_points: usize,
+fn cluster_pieces(
+    network: &Weighted<FpccConfig>,
     position: &[Vec3],
-    threshold: f32,
-    suppression: f32,
+    config: &SegmentConfig,
     seed: SeedTree,
     observer: &dyn Observer,
-    mut piece_done: impl FnMut(usize),
+    points_done: &mut dyn FnMut(usize),
 ) -> Result<Found, SegmentError> {
     let n = position.len();
     let mut found = Found {
@@ -53,8 +58,10 @@ pub(crate) fn cluster_pieces(
         }
         let local: Vec<Vec3> =
             piece.points.iter().map(|&i| position[i as usize] - piece.middle).collect();
-        let own = predict(network, batch_points, &local, seed.child("piece", number as u64));
-        let clusters = cluster(&local, &own, threshold, suppression);
+        let batch_points = network.design.batch_points;
+        let piece_seed = seed.child("piece", number as u64);
+        let own = predict(&network.weights, batch_points, &local, piece_seed);
+        let clusters = cluster(&local, &own, config.centre_threshold, config.suppression);
         let mut kept = vec![None; clusters.centres.len()];
         for (c, &at) in clusters.centres.iter().enumerate() {
             // The neighbouring piece has it in its own core.
@@ -78,7 +85,7 @@ pub(crate) fn cluster_pieces(
             found.prediction.centre[i as usize] = own.centre[slot];
         }
         finished += piece.core;
-        piece_done(finished);
+        points_done(finished);
     }
     middles(position, &mut found);
     Ok(found)
@@ -127,7 +134,6 @@ fn middles(position: &[Vec3], found: &mut Found) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fpcc::FpccConfig;
     use geom::Silent;
     use rand::RngExt;
 
@@ -135,8 +141,10 @@ mod tests {
     fn every_centre_is_found_once_whatever_the_pieces() {
         let device = Device::flex();
         device.seed(5);
-        let config = FpccConfig { batch_points: 64, edge: 8, global: 16, joined: [12, 10] };
-        let network = Fpcc::new(&config, &device);
+        let config =
+            FpccConfig { batch_points: 64, edge: 8, global: 16, joined: [12, 10], neighbours: 20 };
+        let network = Weighted { weights: Fpcc::new(&config, &device), design: config };
+        let all = SegmentConfig { centre_threshold: 0.0, suppression: 1.0, ..Default::default() };
         let mut rng = SeedTree::new(2).rng();
         let position: Vec<Vec3> = (0..3000)
             .map(|_| {
@@ -148,8 +156,7 @@ mod tests {
             })
             .collect();
         let found =
-            cluster_pieces(&network, 64, &position, 0.0, 1.0, SeedTree::new(1), &Silent, |_| ())
-                .unwrap();
+            network.cluster(&position, &all, SeedTree::new(1), &Silent, &mut |_| ()).unwrap();
         let mut centres = found.clusters.centres.clone();
         assert!(!centres.is_empty());
         centres.sort_unstable();

@@ -1,51 +1,21 @@
 //! FPCCv2 with our heads: per point an embedding and a centre score (METHOD §3), and — ours — a vote for the pose
 //! centre with its expected error, and whether the point lies on a block at all.
 
-use net::burn::nn::{Linear, LinearConfig};
-use net::burn::optim::GradientsParams;
-use net::burn::tensor::activation::{relu, sigmoid};
-use net::burn::tensor::{Device, Tensor};
-use net::burn::{self, module::Module};
-use net::{BackboneConfig, GraphBackbone, Neighbourhood};
+use crate::infer::{Prediction, Tile, TileVotes};
+use crate::loss::{LossReport, loss};
+use crate::network::{Design, Inference, Weighted};
+use crate::output::{Centres, EMBEDDING, Output, Votes};
+use crate::tile::{Targets, ThinScene, neighbourhood};
+use crate::train::TrainConfig;
+use geom::{SeedTree, Vec3};
+use net::prelude::{
+    Device, GradientsParams, Linear, LinearConfig, Module, Tensor, burn, relu, sigmoid,
+};
+use net::{BackboneConfig, GraphBackbone, Neighbourhood, Processor, floats};
 use serde::{Deserialize, Serialize};
 
-/// Numbers of an embedding.
-pub const EMBEDDING: usize = 128;
 /// ln of the vote error in d_max is kept between these: one per mille to three block radii.
-const LOG_ERROR: (f32, f32) = (-4.0, 1.1);
-
-/// What a network says of `n` points.
-#[derive(Clone, Debug)]
-pub struct Output {
-    /// `[n, 128]`.
-    pub embedding: Tensor<2>,
-    /// Centre score in (0, 1), `[n, 1]`.
-    pub centre: Tensor<2>,
-    /// From the point to the pose centre, in d_max, `[n, 3]`.
-    pub offset: Tensor<2>,
-    /// ln of the expected length of the offset's error, in d_max, `[n, 1]`.
-    pub log_error: Tensor<2>,
-    /// Log-odds of lying on a block, `[n, 1]`.
-    pub block: Tensor<2>,
-}
-
-/// The thesis' part of an [`Output`].
-pub struct Centres {
-    /// `[n, 128]`.
-    pub embedding: Tensor<2>,
-    /// Centre score in (0, 1), `[n, 1]`.
-    pub centre: Tensor<2>,
-}
-
-/// Our part of an [`Output`].
-pub struct Votes {
-    /// From the point to the pose centre, in d_max, `[n, 3]`.
-    pub offset: Tensor<2>,
-    /// ln of the expected length of the offset's error, in d_max, `[n, 1]`.
-    pub log_error: Tensor<2>,
-    /// Log-odds of lying on a block, `[n, 1]`.
-    pub block: Tensor<2>,
-}
+pub(crate) const LOG_ERROR: (f32, f32) = (-4.0, 1.1);
 
 /// Architecture of an [`FpccV2`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -157,25 +127,98 @@ impl FpccV2 {
     }
 }
 
+impl Design for FpccV2Config {
+    type Weights = FpccV2;
+
+    fn fresh(&self, device: &Device) -> FpccV2 {
+        FpccV2::new(self, device)
+    }
+
+    fn fault(&self) -> Option<&'static str> {
+        let BackboneConfig { edge, level, .. } = &self.backbone;
+        (edge.is_empty() || edge.len() != level.len()).then_some("the network has no levels")
+    }
+
+    fn matrix_weights(&self) -> u128 {
+        self.backbone.matrix_weights()
+    }
+
+    /// A compact piece.
+    fn cut(
+        &self,
+        scene: &ThinScene,
+        config: &TrainConfig,
+        mirror: bool,
+        seed: SeedTree,
+    ) -> Targets {
+        scene.tile(config.tile_points, config.margin, mirror, seed)
+    }
+
+    fn gradients(
+        &self,
+        weights: &FpccV2,
+        tile: &Targets,
+        config: &TrainConfig,
+        share: f32,
+        device: &Device,
+    ) -> (GradientsParams, LossReport) {
+        let hood = neighbourhood(tile.position.clone(), &self.backbone);
+        let shared = |output| {
+            let (total, report) = loss(output, tile, &config.loss, device);
+            (total * share, report)
+        };
+        match config.processor {
+            Processor::Cpu => weights.gradients(&hood, device, shared),
+            Processor::Gpu => weights.gradients_by_tensors(&hood, device, shared),
+        }
+    }
+
+    fn loss(&self, weights: &FpccV2, tile: &Targets, config: &TrainConfig) -> LossReport {
+        let device = Device::flex();
+        let hood = neighbourhood(tile.position.clone(), &self.backbone);
+        loss(weights.infer(&hood, &device), tile, &config.loss, &device).1
+    }
+
+    fn inference(weighted: &Weighted<Self>) -> Inference<'_> {
+        Inference::Votes(weighted)
+    }
+}
+
+impl TileVotes for Weighted<FpccV2Config> {
+    fn predict(&self, position: &[Vec3], tile: &Tile, with_embedding: bool) -> Prediction {
+        let device = Device::flex();
+        let at = |slot: usize| position[tile.points[slot] as usize];
+        let around = (0..tile.points.len()).map(|slot| at(slot) - tile.middle).collect();
+        let hood = neighbourhood(around, &self.design.backbone);
+        let mut out = Prediction::default();
+        let network = &self.weights;
+        network.infer_blocks(&hood, tile.core, with_embedding, &device, |first, votes, centres| {
+            let offset = floats(votes.offset);
+            let offsets = offset.chunks_exact(3).enumerate();
+            out.vote.extend(offsets.map(|(i, o)| at(first + i) + Vec3::from_slice(o)));
+            out.error.extend(floats(votes.log_error).into_iter().map(f32::exp));
+            out.block.extend(floats(sigmoid(votes.block)));
+            if let Some(centres) = centres {
+                out.centre.extend(floats(centres.centre));
+                out.embedding.extend(floats(centres.embedding));
+            }
+        });
+        out
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SegmentModel;
-    use crate::network::{Network, NetworkConfig};
-    use crate::tile::neighbourhood;
-    use net::floats;
 
     #[test]
     fn forward_equals_the_numpy_reference() {
-        let model =
-            SegmentModel::from_bytes(include_bytes!("../tests/golden/fpccv2.safetensors")).unwrap();
-        let (NetworkConfig::FpccV2(config), Network::FpccV2(network)) =
-            (&model.description.network, &model.network)
-        else {
-            panic!("the golden file holds a FPCCv2")
-        };
-        let hood = neighbourhood(crate::golden::points(), &config.backbone);
+        let config = crate::golden::small_fpccv2();
         let device = Device::flex();
+        let mut network = FpccV2::new(&config, &device);
+        let bytes = include_bytes!("../tests/golden/fpccv2.safetensors");
+        net::weights::from_bytes(&mut network, bytes).unwrap();
+        let hood = neighbourhood(crate::golden::points(), &config.backbone);
         let out = network.infer(&hood, &device);
         let parts = [
             (out.offset, 3),

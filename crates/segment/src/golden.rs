@@ -3,18 +3,19 @@
 //! `python fpccv2_forward.py fpccv2.safetensors points.csv fpccv2.csv` and the same for `fpcc`.
 
 use crate::fpcc::{Fpcc, FpccConfig};
-use crate::fpccv2::FpccV2Config;
-use crate::network::{Learner, NetworkConfig};
+use crate::fpccv2::{FpccV2, FpccV2Config};
+use crate::network::{NetworkConfig, Weighted};
 use crate::{SegmentModel, TrainConfig};
 use geom::Vec3;
 use net::BackboneConfig;
-use net::burn::tensor::Device;
+use net::prelude::Device;
+use std::sync::Arc;
 
 pub(crate) fn small_fpcc() -> FpccConfig {
-    FpccConfig { batch_points: 90, edge: 8, global: 16, joined: [12, 10] }
+    FpccConfig { batch_points: 90, edge: 8, global: 16, joined: [12, 10], neighbours: 20 }
 }
 
-fn small_fpccv2() -> FpccV2Config {
+pub(crate) fn small_fpccv2() -> FpccV2Config {
     let backbone = BackboneConfig {
         neighbours: 6,
         dilation: 3,
@@ -42,10 +43,10 @@ fn make() {
     device.seed(11);
     let config =
         TrainConfig { network: NetworkConfig::FpccV2(small_fpccv2()), ..Default::default() };
-    let network = crate::fpccv2::FpccV2::new(&small_fpccv2(), &device);
+    let design = small_fpccv2();
+    let network = Weighted { weights: FpccV2::new(&design, &device), design };
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
-    SegmentModel::of_network(network.into_network(), &config, 0)
-        .unwrap()
+    SegmentModel::of_network(Arc::new(network), &config, 0)
         .save(&folder.join("fpccv2.safetensors"))
         .unwrap();
     let bytes =

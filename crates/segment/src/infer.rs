@@ -1,16 +1,12 @@
 //! The network over a thinned cloud of any size: square tiles in plan, each seen with a margin as wide as the network
 //! looks, so that a point's result does not depend on where the tiles are cut.
 
+use crate::SegmentConfig;
 use crate::SegmentError;
-use crate::fpccv2::{EMBEDDING, FpccV2};
-use crate::model::SegmentModel;
-use crate::network::{Network, NetworkConfig};
-use crate::tile::neighbourhood;
-use geom::{Bounds, Observer, Vec2, Vec3};
-use net::burn::tensor::Device;
-use net::burn::tensor::activation::sigmoid;
+use crate::embedding_clusters::Clusters;
+use crate::output::EMBEDDING;
+use geom::{Bounds, Observer, SeedTree, Vec2, Vec3};
 use net::replicas::each_on_one_thread;
-use net::{BackboneConfig, floats};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
@@ -36,20 +32,40 @@ pub(crate) struct Prediction {
     pub embedding: Vec<f32>,
 }
 
+/// A network of whose points each votes for its block's centre.
+pub(crate) trait TileVotes: Sync {
+    /// What it says of a tile's core, in its order; `position` are all points of the cloud, d_max.
+    fn predict(&self, position: &[Vec3], tile: &Tile, with_embedding: bool) -> Prediction;
+}
+
+/// A network with a clustering of its own.
+pub(crate) trait OwnClusters: Sync {
+    /// Instances of a thinned cloud, d_max; `points_done` hears how many points are finished.
+    fn cluster(
+        &self,
+        position: &[Vec3],
+        config: &SegmentConfig,
+        seed: SeedTree,
+        observer: &dyn Observer,
+        points_done: &mut dyn FnMut(usize),
+    ) -> Result<Found, SegmentError>;
+}
+
+/// Labels of all points; a prediction whose `vote` is each point's cluster middle.
+pub(crate) struct Found {
+    pub clusters: Clusters,
+    pub prediction: Prediction,
+}
+
 /// Runs the network on clouds (d_max), all their tiles side by side, a tile a thread. `tile_done` hears the part of the
 /// work finished so far.
 pub(crate) fn predict(
-    model: &SegmentModel,
+    network: &dyn TileVotes,
     clouds: &[Vec<Vec3>],
     with_embedding: bool,
     observer: &dyn Observer,
     mut tile_done: impl FnMut(f32),
 ) -> Result<Vec<Prediction>, SegmentError> {
-    let (Network::FpccV2(network), NetworkConfig::FpccV2(config)) =
-        (&model.network, &model.description.network)
-    else {
-        unreachable!("FPCC has its own way through the cloud");
-    };
     let mut jobs: Vec<(usize, Tile)> = Vec::new();
     for (cloud, position) in clouds.iter().enumerate() {
         jobs.extend(tiles(position, CORE, MARGIN).into_iter().map(|tile| (cloud, tile)));
@@ -58,8 +74,7 @@ pub(crate) fn predict(
     jobs.sort_by_key(|(_, tile)| Reverse(tile.points.len()));
     let work = |job: usize| {
         let (cloud, tile) = &jobs[job];
-        (!observer.cancelled())
-            .then(|| predict_tile(network, &config.backbone, &clouds[*cloud], tile, with_embedding))
+        (!observer.cancelled()).then(|| network.predict(&clouds[*cloud], tile, with_embedding))
     };
     let mut out: Vec<Prediction> =
         clouds.iter().map(|c| Prediction::zeros(c.len(), with_embedding)).collect();
@@ -80,34 +95,6 @@ pub(crate) fn predict(
     };
     each_on_one_thread(jobs.len(), work, done).map_err(SegmentError::Threads)?;
     if cancelled { Err(SegmentError::Cancelled) } else { Ok(out) }
-}
-
-/// What the network says of a tile's core, in its order.
-fn predict_tile(
-    network: &FpccV2,
-    config: &BackboneConfig,
-    position: &[Vec3],
-    tile: &Tile,
-    with_embedding: bool,
-) -> Prediction {
-    let device = Device::flex();
-    let at = |slot: usize| position[tile.points[slot] as usize];
-    let hood =
-        neighbourhood((0..tile.points.len()).map(|slot| at(slot) - tile.middle).collect(), config);
-    let mut out = Prediction::default();
-    network.infer_blocks(&hood, tile.core, with_embedding, &device, |first, votes, centres| {
-        let offset = floats(votes.offset);
-        out.vote.extend(
-            offset.chunks_exact(3).enumerate().map(|(i, o)| at(first + i) + Vec3::from_slice(o)),
-        );
-        out.error.extend(floats(votes.log_error).into_iter().map(f32::exp));
-        out.block.extend(floats(sigmoid(votes.block)));
-        if let Some(centres) = centres {
-            out.centre.extend(floats(centres.centre));
-            out.embedding.extend(floats(centres.embedding));
-        }
-    });
-    out
 }
 
 impl Prediction {

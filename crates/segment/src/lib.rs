@@ -13,10 +13,13 @@ mod infer;
 pub mod loss;
 pub mod model;
 mod network;
+pub mod output;
 mod shipped;
+pub mod sparse_votes;
 pub mod stage;
 pub mod tile;
 pub mod train;
+pub mod train_table;
 mod vote_instances;
 mod vote_peaks;
 
@@ -27,3 +30,4 @@ pub use network::NetworkConfig;
 pub use scene::ShapeSignature;
 pub use stage::{Clustering, SegmentConfig, scales, segment};
 pub use train::{SceneSource, Split, TrainConfig, Trained, train};
+pub use train_table::TrainTable;

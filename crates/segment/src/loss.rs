@@ -2,12 +2,18 @@
 //!
 //! Lengths are in units of d_max. Where the thesis and its authors' code differ, both readings can be chosen.
 
-use crate::fpccv2::Output;
+use crate::output::Output;
 use crate::tile::Targets;
-use net::burn::tensor::activation::{relu, softplus};
-use net::burn::tensor::{Device, Int, Tensor, TensorData};
 use net::floats;
+use net::prelude::{Device, Int, Tensor, TensorData, relu, softplus};
 use serde::{Deserialize, Serialize};
+
+/// Pairs farther apart than this, d_max, cannot be of one block (Eq. 2.4).
+const VALID: f32 = 2.0;
+/// The error of a vote has three components, each with the same scale.
+const AXES: f32 = 3.0;
+/// Keeps the slope of a square root finite at 0.
+const TINY: f32 = 1e-8;
 
 /// How the distance between two embeddings enters the pair loss.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,6 +24,24 @@ pub enum PairDistance {
     Plain,
     /// ‖a − b‖², as its authors' code computes.
     Squared,
+}
+
+/// What the sum over the pairs is divided by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PairSum {
+    /// The number of valid pairs (ADR 0121).
+    #[default]
+    Mean,
+    /// Nothing, as the thesis writes (Eq. 2.7).
+    Sum,
+    /// The number of all pairs, as its authors' code has it.
+    MeanOfAll,
+}
+
+/// Whether a setting is its default: files of trainings begun before it existed do not hold it.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// Settings of the pair loss L_EF.
@@ -36,6 +60,17 @@ pub struct PairLossConfig {
     pub valid_distance: bool,
     /// Pairs weigh min(1, s_i + s_j) (attention score matrix).
     pub attention: bool,
+    /// What the sum is divided by.
+    #[serde(skip_serializing_if = "is_default")]
+    pub sum: PairSum,
+}
+
+impl PairLossConfig {
+    /// As the thesis' authors' code has it: squared distance, double pull, mean over all pairs.
+    pub fn of_the_authors() -> Self {
+        let (distance, sum) = (PairDistance::Squared, PairSum::MeanOfAll);
+        Self { distance, pull: 2.0, sum, ..Self::default() }
+    }
 }
 
 impl Default for PairLossConfig {
@@ -47,8 +82,13 @@ impl Default for PairLossConfig {
             pull: 1.0,
             valid_distance: true,
             attention: true,
+            sum: PairSum::Mean,
         }
     }
+}
+
+fn is_two(value: &f32) -> bool {
+    *value == 2.0
 }
 
 /// Weights of the parts of the loss.
@@ -69,6 +109,9 @@ pub struct LossConfig {
     pub error_weight: f32,
     /// Weight of block / not block.
     pub block_weight: f32,
+    /// β of the centre score s = 1 − (‖p − c‖ / d_max)^β (Eq. 2.5; thesis: 2).
+    #[serde(skip_serializing_if = "is_two")]
+    pub centre_power: f32,
     /// The centre score is taught off the blocks too, where it is 0: for networks that do not tell blocks from ground.
     pub score_ground: bool,
 }
@@ -84,6 +127,7 @@ impl LossConfig {
             offset_weight: 0.0,
             error_weight: 0.0,
             block_weight: 0.0,
+            centre_power: 2.0,
             score_ground: true,
         }
     }
@@ -99,6 +143,7 @@ impl Default for LossConfig {
             offset_weight: 2.0,
             error_weight: 0.1,
             block_weight: 0.5,
+            centre_power: 2.0,
             score_ground: false,
         }
     }
@@ -140,16 +185,16 @@ pub fn loss(
     let truth = targets.offset.iter().flat_map(|o| o.to_array()).collect::<Vec<f32>>();
     let truth = Tensor::<2>::from_data(TensorData::new(truth, [n, 3]), device);
 
-    let error = (output.offset - truth).square().sum_dim(1).add_scalar(1e-8).sqrt(); // [n, 1]
+    let error = (output.offset - truth).square().sum_dim(1).add_scalar(TINY).sqrt(); // [n, 1]
     let offset = (error.clone() * mask.clone()).sum() / counted;
     // Laplace in three dimensions; the error itself is held fixed so that only its expectation learns from this.
-    let expected = error.detach() * (-output.log_error.clone()).exp() + output.log_error * 3.0;
+    let expected = error.detach() * (-output.log_error.clone()).exp() + output.log_error * AXES;
     let expected = (expected * mask.clone()).sum() / counted;
     let label = column(targets.instance.iter().map(|&i| f32::from(i > 0)).collect());
     let block = (softplus(output.block.clone(), 1.0) - output.block * label)
         * column(targets.inner.clone());
     let block = block.sum() / inner;
-    let score: Vec<f32> = targets.centre_score();
+    let score: Vec<f32> = targets.centre_score(config.centre_power);
     let centre = smooth_l1(output.centre - column(score.clone()));
     let centre = if config.score_ground {
         (centre * column(targets.inner.clone())).sum() / inner
@@ -181,7 +226,7 @@ pub fn loss(
     (total, report)
 }
 
-/// L_EF over the points `chosen`, whose embeddings are `[m, 128]`: mean over the valid pairs.
+/// L_EF over the points `chosen`, whose embeddings are `[m, 128]`.
 pub fn pair_loss(
     embedding: Tensor<2>,
     targets: &Targets,
@@ -195,7 +240,7 @@ pub fn pair_loss(
         (Vec::with_capacity(m * m), Vec::with_capacity(m * m), 0.0_f32);
     for &i in chosen {
         for &j in chosen {
-            let near = (targets.position[i] - targets.position[j]).length_squared() < 4.0;
+            let near = (targets.position[i] - targets.position[j]).length_squared() < VALID * VALID;
             let counts = if near || !config.valid_distance { 1.0 } else { 0.0 };
             let attention = if config.attention { (score[i] + score[j]).min(1.0) } else { 1.0 };
             let one = targets.instance[i] == targets.instance[j];
@@ -210,12 +255,17 @@ pub fn pair_loss(
     let squared = relu(norm.clone() + norm.transpose() - inner * 2.0);
     let distance = match config.distance {
         // The root has no slope at 0: a point with itself must not give one.
-        PairDistance::Plain => squared.add_scalar(1e-8).sqrt(),
+        PairDistance::Plain => squared.add_scalar(TINY).sqrt(),
         PairDistance::Squared => squared,
     };
     let pull = relu(distance.clone().sub_scalar(config.near)) * square(same);
     let push = relu(-(distance.sub_scalar(config.far))) * square(different);
-    (pull + push).sum() / valid.max(1.0)
+    let sum = (pull + push).sum();
+    match config.sum {
+        PairSum::Mean => sum / valid.max(1.0),
+        PairSum::Sum => sum,
+        PairSum::MeanOfAll => sum / (m * m) as f32,
+    }
 }
 
 /// Smooth L1 with the knee at 1.
@@ -237,7 +287,7 @@ fn spread(weight: &[f32], count: usize) -> Vec<usize> {
 mod tests {
     use super::*;
     use geom::{Bounds, SeedTree, Vec3};
-    use net::burn::tensor::Shape;
+    use net::prelude::Shape;
     use rand::RngExt;
 
     const N: usize = 12;
@@ -358,7 +408,7 @@ mod tests {
         let targets = targets();
         let device = Device::flex();
         let embedding = numbers(N * 8, 3);
-        let score = targets.centre_score();
+        let score = targets.centre_score(2.0);
         let chosen: Vec<usize> = (0..N).filter(|&i| targets.instance[i] > 0).collect();
         let config = PairLossConfig::default();
         let rows: Vec<f32> =

@@ -2,11 +2,12 @@
 
 use crate::SegmentError;
 use crate::calibration::{Calibration, Confidence};
-use crate::network::{Network, NetworkConfig};
+use crate::network::{ARCHITECTURES, Network, NetworkConfig};
 use crate::train::TrainConfig;
 use scene::{BlockModel, Catalog, ShapeSignature};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::Arc;
 
 /// What the header of a model file says beside its tensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -14,7 +15,8 @@ use std::path::Path;
 pub struct ModelDescription {
     /// What it was trained on.
     pub name: String,
-    /// Network.
+    /// Network; in the file its sizes alone, for the header names the architecture.
+    #[serde(serialize_with = "NetworkConfig::sizes")]
     pub network: NetworkConfig,
     /// Edge of a thinning cell, d_max.
     pub cell: f32,
@@ -26,13 +28,13 @@ pub struct ModelDescription {
     /// Width of the kernel under which votes gather, d_max.
     #[serde(default = "narrow")]
     pub vote_width: f32,
-    /// What a density of votes is worth.
+    /// From a density of votes to a confidence.
     #[serde(default)]
     pub confidence: Confidence,
 }
 
 /// So much more confidence an instance needs from weights for any shape: theirs was fitted to shapes like those they were
-/// trained on, and a user's own is a stranger to them.
+/// trained on, and a user's own was never seen.
 const CAUTION: f32 = 0.1;
 
 /// For files that state no width.
@@ -63,7 +65,7 @@ impl ModelDescription {
 pub struct SegmentModel {
     /// What they are.
     pub description: ModelDescription,
-    pub(crate) network: Network,
+    pub(crate) network: Arc<dyn Network>,
 }
 
 impl SegmentModel {
@@ -80,18 +82,14 @@ impl SegmentModel {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SegmentError> {
         let metadata = net::weights::metadata(bytes)?;
         let architecture = metadata.get("architecture").map_or("nameless", String::as_str);
-        if !["fpcc", "fpccv2"].contains(&architecture) {
+        if !ARCHITECTURES.contains(&architecture) {
             return Err(SegmentError::Architecture { found: architecture.to_owned() });
         }
         let text = metadata.get("description").map_or("", String::as_str);
-        let description: ModelDescription =
-            serde_json::from_str(text).map_err(|e| SegmentError::Description(e.to_string()))?;
-        if description.network.architecture() != architecture {
-            return Err(SegmentError::Description(format!(
-                "it does not describe a `{architecture}` network"
-            )));
-        }
-        if let Some(fault) = description.network.fault() {
+        let description = description_of(text, architecture)
+            .map_err(|e| SegmentError::Description(e.to_string()))?;
+        let design = description.network.design();
+        if let Some(fault) = design.fault() {
             return Err(SegmentError::Description(fault.into()));
         }
         if !(description.cell > 0.0 && description.cell.is_finite()) {
@@ -103,12 +101,12 @@ impl SegmentModel {
             ));
         }
         // Before memory is taken: a header of a few lines may claim any width.
-        if description.network.matrix_weights() > bytes.len() as u128 {
+        if design.matrix_weights() > bytes.len() as u128 {
             return Err(SegmentError::Description(
                 "the network's widths ask for more weights than the file holds".into(),
             ));
         }
-        let network = description.network.load(bytes)?;
+        let network = design.load(bytes)?;
         Ok(Self { description, network })
     }
 
@@ -141,11 +139,7 @@ impl SegmentModel {
     }
 
     /// A network in training as a model.
-    pub(crate) fn of_network(
-        network: Network,
-        config: &TrainConfig,
-        steps: u64,
-    ) -> Result<Self, SegmentError> {
+    pub(crate) fn of_network(network: Arc<dyn Network>, config: &TrainConfig, steps: u64) -> Self {
         let description = ModelDescription {
             name: config.name.clone(),
             network: config.network.clone(),
@@ -155,6 +149,15 @@ impl SegmentModel {
             vote_width: narrow(),
             confidence: Confidence::default(),
         };
-        Ok(Self { description, network })
+        Self { description, network }
     }
+}
+
+/// The description in a header whose `architecture` says whose sizes it holds.
+fn description_of(text: &str, architecture: &str) -> serde_json::Result<ModelDescription> {
+    let mut description: serde_json::Value = serde_json::from_str(text)?;
+    if let Some(network) = description.get_mut("network").and_then(|n| n.as_object_mut()) {
+        network.insert("architecture".into(), architecture.into());
+    }
+    serde_json::from_value(description)
 }

@@ -1,26 +1,74 @@
-//! The networks this stage knows, behind one name.
+//! The networks this stage knows: one list, and what a network must be able to do.
+//!
+//! A network is a file with its sizes and weights and one `impl Design`; its line in [`architectures!`] makes it
+//! trainable, loadable by the `architecture` in a model file's header, and usable by the stage.
 
-use crate::fpcc::{Fpcc, FpccConfig};
-use crate::fpccv2::{FpccV2, FpccV2Config};
-use crate::loss::{LossReport, loss};
+use crate::SegmentError;
+use crate::fpcc::FpccConfig;
+use crate::fpccv2::FpccV2Config;
+use crate::infer::{OwnClusters, TileVotes};
+use crate::loss::LossReport;
 use crate::model::SegmentModel;
-use crate::tile::{Targets, neighbourhood};
-use crate::train::TrainConfig;
-use net::burn::module::Module;
-use net::burn::optim::GradientsParams;
-use net::burn::tensor::Device;
-use net::{Processor, WeightsError};
-use serde::{Deserialize, Serialize};
+use crate::sparse_votes::SparseVotesConfig;
+use crate::tile::{Targets, ThinScene};
+use crate::train::{self, TrainConfig, Trained, TrainingRun};
+use geom::SeedTree;
+use net::WeightsError;
+use net::prelude::{Device, GradientsParams, Module};
+use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::sync::Arc;
 
-/// Which network, and how large.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum NetworkConfig {
+macro_rules! architectures {
+    ($($(#[$doc:meta])* $variant:ident($sizes:ty) = $name:literal,)+) => {
+        /// Which network, and how large.
+        #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[serde(tag = "architecture")]
+        pub enum NetworkConfig {
+            $($(#[$doc])* #[serde(rename = $name)] $variant($sizes),)+
+        }
+
+        /// Values of `architecture` in a model file's header.
+        pub(crate) const ARCHITECTURES: &[&str] = &[$($name),+];
+
+        impl NetworkConfig {
+            /// Value of `architecture` in a model file's header.
+            pub fn architecture(&self) -> &'static str {
+                match self {
+                    $(Self::$variant(_) => $name,)+
+                }
+            }
+
+            /// A number that no such network can have, if there is one.
+            pub fn fault(&self) -> Option<&'static str> {
+                self.design().fault()
+            }
+
+            /// What it can do.
+            pub(crate) fn design(&self) -> &dyn Architecture {
+                match self {
+                    $(Self::$variant(sizes) => sizes,)+
+                }
+            }
+
+            /// Writes the sizes alone, for a header that names the architecture beside them.
+            pub(crate) fn sizes<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                match self {
+                    $(Self::$variant(sizes) => sizes.serialize(to),)+
+                }
+            }
+        }
+    };
+}
+
+architectures! {
     /// The thesis' second network with our heads: the default.
-    FpccV2(FpccV2Config),
+    FpccV2(FpccV2Config) = "fpccv2",
     /// The thesis' first network.
-    Fpcc(FpccConfig),
+    Fpcc(FpccConfig) = "fpcc",
+    /// A sparse-convolution U-Net with our heads.
+    SparseUnet(SparseVotesConfig) = "sparse-unet",
 }
 
 impl Default for NetworkConfig {
@@ -29,174 +77,133 @@ impl Default for NetworkConfig {
     }
 }
 
-/// A network with its weights.
-#[derive(Clone, Debug)]
-pub(crate) enum Network {
-    FpccV2(Box<FpccV2>),
-    Fpcc(Box<Fpcc>),
+/// The names of all architectures, for a message.
+pub(crate) fn known() -> String {
+    ARCHITECTURES.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-impl NetworkConfig {
-    /// Value of `architecture` in a model file's header.
-    pub(crate) fn architecture(&self) -> &'static str {
-        match self {
-            Self::FpccV2(_) => "fpccv2",
-            Self::Fpcc(_) => "fpcc",
-        }
-    }
-
-    /// The network with the weights of a file.
-    pub(crate) fn load(&self, bytes: &[u8]) -> Result<Network, WeightsError> {
-        let device = Device::flex();
-        Ok(match self {
-            Self::FpccV2(config) => {
-                let mut network = FpccV2::new(config, &device);
-                net::weights::from_bytes(&mut network, bytes)?;
-                Network::FpccV2(Box::new(network))
-            }
-            Self::Fpcc(config) => {
-                let mut network = Fpcc::new(config, &device);
-                net::weights::from_bytes(&mut network, bytes)?;
-                Network::Fpcc(Box::new(network))
-            }
-        })
-    }
-
-    /// Numbers that the matrices of such a network hold at least: what a file that claims these widths must hold.
-    pub(crate) fn matrix_weights(&self) -> u128 {
-        let product = |a: usize, b: usize| a as u128 * b as u128;
-        match self {
-            Self::FpccV2(c) => c.backbone.matrix_weights(),
-            Self::Fpcc(c) => {
-                let [first, second] = c.joined;
-                [(c.edge, c.edge), (c.edge, c.global), (c.global, first), (first, second)]
-                    .into_iter()
-                    .fold(0, |sum: u128, (a, b)| sum.saturating_add(product(a, b)))
-            }
-        }
-    }
-
-    /// A number that no network can have, if there is one.
-    pub(crate) fn fault(&self) -> Option<&'static str> {
-        match self {
-            Self::FpccV2(c)
-                if c.backbone.edge.is_empty()
-                    || c.backbone.edge.len() != c.backbone.level.len() =>
-            {
-                Some("the network has no levels")
-            }
-            Self::Fpcc(c) if c.batch_points == 0 => Some("the network's batches are empty"),
-            _ => None,
-        }
-    }
-}
-
-impl Network {
-    pub(crate) fn to_bytes(
-        &self,
-        metadata: &BTreeMap<String, String>,
-    ) -> Result<Vec<u8>, WeightsError> {
-        match self {
-            Self::FpccV2(network) => net::weights::to_bytes(network.as_ref(), metadata),
-            Self::Fpcc(network) => net::weights::to_bytes(network.as_ref(), metadata),
-        }
-    }
-}
-
-/// What training asks of a network.
-pub(crate) trait Learner: Module + Clone + Sync {
+/// A network's sizes, and how it learns and is read.
+pub(crate) trait Design: Clone + Debug + Send + Sync + 'static {
+    /// Its weights.
+    type Weights: Module + Sync;
     /// Random weights.
-    fn fresh(config: &NetworkConfig, device: &Device) -> Option<Self>;
-    /// Gradients of the loss on a tile; `device` has autodiff.
-    fn lesson(
+    fn fresh(&self, device: &Device) -> Self::Weights;
+    /// A number that no such network can have, if there is one.
+    fn fault(&self) -> Option<&'static str>;
+    /// Numbers that its matrices hold at least: what a file that claims these sizes must hold.
+    fn matrix_weights(&self) -> u128;
+    /// A training tile as this network wants it.
+    fn cut(&self, scene: &ThinScene, config: &TrainConfig, mirror: bool, seed: SeedTree)
+    -> Targets;
+    /// Gradients of `share` times the loss on a tile, and the loss; `device` has gradients.
+    fn gradients(
         &self,
+        weights: &Self::Weights,
         tile: &Targets,
         config: &TrainConfig,
         share: f32,
         device: &Device,
     ) -> (GradientsParams, LossReport);
     /// The loss on a tile, without gradients.
-    fn judged(&self, tile: &Targets, config: &TrainConfig) -> LossReport;
-    /// The weights of a model of the same architecture.
-    fn take(&mut self, model: &SegmentModel) -> Result<(), WeightsError> {
-        net::weights::from_bytes(self, &model.network.to_bytes(&BTreeMap::new())?)
-    }
-    /// As one of the networks.
-    fn into_network(self) -> Network;
+    fn loss(&self, weights: &Self::Weights, tile: &Targets, config: &TrainConfig) -> LossReport;
+    /// How instances are read from it.
+    fn inference(weighted: &Weighted<Self>) -> Inference<'_>;
 }
 
-impl Learner for FpccV2 {
-    fn fresh(config: &NetworkConfig, device: &Device) -> Option<Self> {
-        match config {
-            NetworkConfig::FpccV2(config) => Some(Self::new(config, device)),
-            NetworkConfig::Fpcc(_) => None,
-        }
+/// A network's sizes with its weights.
+#[derive(Clone, Debug)]
+pub(crate) struct Weighted<D: Design> {
+    pub design: D,
+    pub weights: D::Weights,
+}
+
+/// How the stage gets instances out of a network.
+pub(crate) enum Inference<'a> {
+    /// Every point votes for its block's centre.
+    Votes(&'a dyn TileVotes),
+    /// The network has a clustering of its own, whatever is chosen.
+    OwnClusters(&'a dyn OwnClusters),
+}
+
+/// A network with its weights, whichever it is.
+pub(crate) trait Network: Debug + Send + Sync {
+    /// As a safetensors file with these words in its header.
+    fn to_bytes(&self, metadata: &BTreeMap<String, String>) -> Result<Vec<u8>, WeightsError>;
+    /// How instances are read from it.
+    fn inference(&self) -> Inference<'_>;
+}
+
+impl<D: Design> Network for Weighted<D> {
+    fn to_bytes(&self, metadata: &BTreeMap<String, String>) -> Result<Vec<u8>, WeightsError> {
+        net::weights::to_bytes(&self.weights, metadata)
     }
 
-    fn lesson(
+    fn inference(&self) -> Inference<'_> {
+        D::inference(self)
+    }
+}
+
+/// A [`Design`], whichever it is.
+pub(crate) trait Architecture {
+    /// A number that no such network can have, if there is one.
+    fn fault(&self) -> Option<&'static str>;
+    /// Numbers that its matrices hold at least.
+    fn matrix_weights(&self) -> u128;
+    /// The network with the weights of a file.
+    fn load(&self, bytes: &[u8]) -> Result<Arc<dyn Network>, WeightsError>;
+    /// A training tile as this network wants it.
+    fn cut(&self, scene: &ThinScene, config: &TrainConfig, mirror: bool, seed: SeedTree)
+    -> Targets;
+    /// Trains one.
+    fn train(&self, run: &TrainingRun<'_>) -> Result<Trained, SegmentError>;
+    /// Trains one on a single tile.
+    fn train_on_tile(
         &self,
+        model: &SegmentModel,
         tile: &Targets,
         config: &TrainConfig,
-        share: f32,
-        device: &Device,
-    ) -> (GradientsParams, LossReport) {
-        let hood = neighbourhood(tile.position.clone(), self.backbone_config(config));
-        let shared = |output| {
-            let (total, report) = loss(output, tile, &config.loss, device);
-            (total * share, report)
-        };
-        match config.processor {
-            Processor::Cpu => self.gradients(&hood, device, shared),
-            Processor::Gpu => self.gradients_by_tensors(&hood, device, shared),
-        }
-    }
-
-    fn judged(&self, tile: &Targets, config: &TrainConfig) -> LossReport {
-        let device = Device::flex();
-        let hood = neighbourhood(tile.position.clone(), self.backbone_config(config));
-        loss(self.infer(&hood, &device), tile, &config.loss, &device).1
-    }
-
-    fn into_network(self) -> Network {
-        Network::FpccV2(Box::new(self.to_device(&Device::flex())))
-    }
+        rate: f64,
+        done: &mut dyn FnMut(&LossReport) -> bool,
+    ) -> Result<(), SegmentError>;
 }
 
-impl FpccV2 {
-    fn backbone_config<'a>(&self, config: &'a TrainConfig) -> &'a net::BackboneConfig {
-        match &config.network {
-            NetworkConfig::FpccV2(network) => &network.backbone,
-            NetworkConfig::Fpcc(_) => unreachable!("made from a FPCCv2 configuration"),
-        }
-    }
-}
-
-impl Learner for Fpcc {
-    fn fresh(config: &NetworkConfig, device: &Device) -> Option<Self> {
-        match config {
-            NetworkConfig::Fpcc(config) => Some(Self::new(config, device)),
-            NetworkConfig::FpccV2(_) => None,
-        }
+impl<D: Design> Architecture for D {
+    fn fault(&self) -> Option<&'static str> {
+        Design::fault(self)
     }
 
-    fn lesson(
+    fn matrix_weights(&self) -> u128 {
+        Design::matrix_weights(self)
+    }
+
+    fn load(&self, bytes: &[u8]) -> Result<Arc<dyn Network>, WeightsError> {
+        let mut weights = self.fresh(&Device::flex());
+        net::weights::from_bytes(&mut weights, bytes)?;
+        Ok(Arc::new(Weighted { design: self.clone(), weights }))
+    }
+
+    fn cut(
         &self,
+        scene: &ThinScene,
+        config: &TrainConfig,
+        mirror: bool,
+        seed: SeedTree,
+    ) -> Targets {
+        Design::cut(self, scene, config, mirror, seed)
+    }
+
+    fn train(&self, run: &TrainingRun<'_>) -> Result<Trained, SegmentError> {
+        train::train_design(self, run)
+    }
+
+    fn train_on_tile(
+        &self,
+        model: &SegmentModel,
         tile: &Targets,
         config: &TrainConfig,
-        share: f32,
-        device: &Device,
-    ) -> (GradientsParams, LossReport) {
-        let (total, report) =
-            loss(self.forward(&tile.inputs(), device).into(), tile, &config.loss, device);
-        (GradientsParams::from_grads((total * share).backward(), self), report)
-    }
-
-    fn judged(&self, tile: &Targets, config: &TrainConfig) -> LossReport {
-        let device = Device::flex();
-        loss(self.forward(&tile.inputs(), &device).into(), tile, &config.loss, &device).1
-    }
-
-    fn into_network(self) -> Network {
-        Network::Fpcc(Box::new(self.to_device(&Device::flex())))
+        rate: f64,
+        done: &mut dyn FnMut(&LossReport) -> bool,
+    ) -> Result<(), SegmentError> {
+        train::one_tile::train_design(self, model, tile, config, rate, done)
     }
 }

@@ -7,9 +7,8 @@
 use crate::all_scales::{AtScale, Found, Hypothesis};
 use crate::calibration::PeakFeatures;
 use crate::embedding_clusters::{Clusters, cluster};
-use crate::fpcc_batches::cluster_pieces;
-use crate::infer::predict;
-use crate::network::{Network, NetworkConfig};
+use crate::infer::{OwnClusters, TileVotes, predict};
+use crate::network::Inference;
 use crate::vote_instances::{Pass, by_votes, modes};
 use crate::vote_peaks::Peak;
 use crate::{SegmentError, SegmentModel};
@@ -25,7 +24,7 @@ pub enum Clustering {
     #[default]
     Votes,
     /// Non-maximum suppression of the centre score, then the nearest centre in embedding space: the thesis (Algorithm 1).
-    /// FPCC knows no other way and takes this one whatever is chosen.
+    /// Networks with a clustering of their own (FPCC) take it whatever is chosen.
     Embedding,
 }
 
@@ -67,6 +66,13 @@ impl Default for SegmentConfig {
             centre_threshold: 0.6,
             suppression: 1.0,
         }
+    }
+}
+
+impl SegmentConfig {
+    /// The thesis' clustering (Algorithm 1 and the nearest centre in embedding space) on one view of the cloud.
+    pub fn thesis() -> Self {
+        Self { clustering: Clustering::Embedding, passes: 1, ..Self::default() }
     }
 }
 
@@ -175,28 +181,15 @@ fn at_scale(
     seed: SeedTree,
     progress: &Progress<'_>,
 ) -> Result<AtScale, SegmentError> {
-    if let (Network::Fpcc(network), NetworkConfig::Fpcc(widths)) =
-        (&model.network, &model.description.network)
-    {
-        let thinned = thin(&cloud.position_m, model.description.cell * unit_m, Vec3::ZERO);
-        let position: Vec<Vec3> =
-            thinned.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect();
-        let total = position.len().max(1) as f32;
-        let found = cluster_pieces(
-            network,
-            widths.batch_points,
-            &position,
-            config.centre_threshold,
-            config.suppression,
-            seed.child("batches", 0),
-            progress.observer,
-            |done| progress.tell(done as f32 / total),
-        )?;
-        let run = Pass { thinned, prediction: found.prediction, position };
-        return Ok(by_embedding(&found.clusters, &run, cloud.len(), unit_m, config));
-    }
+    let network = match model.network.inference() {
+        Inference::Votes(network) => network,
+        Inference::OwnClusters(network) => {
+            return by_own_clusters(network, cloud, unit_m, model, config, seed, progress);
+        }
+    };
     let passes = if config.clustering == Clustering::Embedding { 1 } else { config.passes };
-    let runs = run_passes(cloud, unit_m, model, config, passes, seed, progress)?;
+    let passes = Passes { network, cell: model.description.cell, count: passes };
+    let runs = passes.run(cloud, unit_m, config, seed, progress)?;
     Ok(match config.clustering {
         Clustering::Votes => by_votes(&runs, cloud.len(), unit_m, &model.description, config),
         Clustering::Embedding => {
@@ -212,6 +205,30 @@ fn at_scale(
     })
 }
 
+fn by_own_clusters(
+    network: &dyn OwnClusters,
+    cloud: &PointCloud,
+    unit_m: f32,
+    model: &SegmentModel,
+    config: &SegmentConfig,
+    seed: SeedTree,
+    progress: &Progress<'_>,
+) -> Result<AtScale, SegmentError> {
+    let thinned = thin(&cloud.position_m, model.description.cell * unit_m, Vec3::ZERO);
+    let position: Vec<Vec3> =
+        thinned.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect();
+    let total = position.len().max(1) as f32;
+    let found = network.cluster(
+        &position,
+        config,
+        seed.child("batches", 0),
+        progress.observer,
+        &mut |done| progress.tell(done as f32 / total),
+    )?;
+    let run = Pass { thinned, prediction: found.prediction, position };
+    Ok(by_embedding(&found.clusters, &run, cloud.len(), unit_m, config))
+}
+
 /// Every mode of the votes at one scale with its features, before any confidence, for each width of the kernel; d_max.
 pub(crate) fn modes_by_width(
     cloud: &PointCloud,
@@ -223,39 +240,54 @@ pub(crate) fn modes_by_width(
 ) -> Result<Vec<Vec<(Peak, PeakFeatures)>>, SegmentError> {
     let progress = Progress { observer, points: cloud.len(), part: 0, parts: 1 };
     let config = SegmentConfig::default();
-    let runs = run_passes(cloud, unit_m, model, &config, config.passes, seed, &progress)?;
+    let Inference::Votes(network) = model.network.inference() else {
+        return Err(SegmentError::NoVotes {
+            architecture: model.description.network.architecture(),
+        });
+    };
+    let passes = Passes { network, cell: model.description.cell, count: config.passes };
+    let runs = passes.run(cloud, unit_m, &config, seed, &progress)?;
     Ok(widths.iter().map(|&width| modes(&runs, width)).collect())
 }
 
-fn run_passes(
-    cloud: &PointCloud,
-    unit_m: f32,
-    model: &SegmentModel,
-    config: &SegmentConfig,
-    passes: u32,
-    seed: SeedTree,
-    progress: &Progress<'_>,
-) -> Result<Vec<Pass>, SegmentError> {
-    let with_embedding = config.clustering == Clustering::Embedding;
-    let mut thinned = Vec::new();
-    let mut clouds: Vec<Vec<Vec3>> = Vec::new();
-    for pass in 0..passes {
-        let mut rng = seed.child("pass", u64::from(pass)).rng();
-        let shift = if pass == 0 {
-            Vec3::ZERO
-        } else {
-            Vec3::new(rng.random(), rng.random(), rng.random())
-        };
-        let thin = thin(&cloud.position_m, model.description.cell * unit_m, shift);
-        clouds.push(thin.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect());
-        thinned.push(thin);
+/// A network that is shown several thinnings of a cloud.
+struct Passes<'a> {
+    network: &'a dyn TileVotes,
+    /// Edge of a thinning cell, d_max.
+    cell: f32,
+    count: u32,
+}
+
+impl Passes<'_> {
+    fn run(
+        &self,
+        cloud: &PointCloud,
+        unit_m: f32,
+        config: &SegmentConfig,
+        seed: SeedTree,
+        progress: &Progress<'_>,
+    ) -> Result<Vec<Pass>, SegmentError> {
+        let with_embedding = config.clustering == Clustering::Embedding;
+        let mut thinned = Vec::new();
+        let mut clouds: Vec<Vec<Vec3>> = Vec::new();
+        for pass in 0..self.count {
+            let mut rng = seed.child("pass", u64::from(pass)).rng();
+            let shift = if pass == 0 {
+                Vec3::ZERO
+            } else {
+                Vec3::new(rng.random(), rng.random(), rng.random())
+            };
+            let thin = thin(&cloud.position_m, self.cell * unit_m, shift);
+            clouds.push(thin.kept.iter().map(|&i| cloud.position_m[i as usize] / unit_m).collect());
+            thinned.push(thin);
+        }
+        let told = |share| progress.tell(share);
+        let predictions = predict(self.network, &clouds, with_embedding, progress.observer, told)?;
+        let runs = thinned.into_iter().zip(predictions).zip(clouds);
+        Ok(runs
+            .map(|((thinned, prediction), position)| Pass { thinned, prediction, position })
+            .collect())
     }
-    let predictions =
-        predict(model, &clouds, with_embedding, progress.observer, |share| progress.tell(share))?;
-    let runs = thinned.into_iter().zip(predictions).zip(clouds);
-    Ok(runs
-        .map(|((thinned, prediction), position)| Pass { thinned, prediction, position })
-        .collect())
 }
 
 fn by_embedding(

@@ -3,7 +3,6 @@
 //! A labelled scene is thinned to the network's resolution once or twice (other grid, other density), then many tiles
 //! are cut from it, each turned about the vertical and possibly mirrored.
 
-use crate::fpcc::inputs_in;
 use geom::{Bounds, SeedTree, Vec3, thin};
 use net::Neighbourhood;
 use rand::RngExt;
@@ -58,18 +57,14 @@ impl Default for Targets {
 }
 
 impl Targets {
-    /// The numbers FPCC reads of every point.
-    pub fn inputs(&self) -> Vec<[f32; 6]> {
-        inputs_in(&self.position, &self.bounds)
-    }
-
-    /// s = 1 − (‖p − c‖ / d_max)², clipped to [0, 1]; 0 off the blocks (Eq. 2.7).
-    pub fn centre_score(&self) -> Vec<f32> {
-        self.instance
-            .iter()
-            .zip(&self.offset)
-            .map(|(&i, o)| if i > 0 { (1.0 - o.length_squared()).clamp(0.0, 1.0) } else { 0.0 })
-            .collect()
+    /// s = 1 − (‖p − c‖ / d_max)^β, clipped to [0, 1]; 0 off the blocks (Eq. 2.5).
+    pub fn centre_score(&self, beta: f32) -> Vec<f32> {
+        let score = |o: &Vec3| {
+            let part = if beta == 2.0 { o.length_squared() } else { o.length().powf(beta) };
+            (1.0 - part).clamp(0.0, 1.0)
+        };
+        let one = |(&i, o): (&u32, &Vec3)| if i > 0 { score(o) } else { 0.0 };
+        self.instance.iter().zip(&self.offset).map(one).collect()
     }
 }
 

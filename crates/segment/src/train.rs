@@ -3,31 +3,28 @@
 //! Scene `i` becomes available at a step fixed beforehand and leaves a fixed number of scenes later, so the run does not
 //! depend on how fast scenes are made: same seed, same tiles, same losses to rounding.
 
-mod checkpoint;
-mod one_tile;
+mod folder;
+pub(crate) mod one_tile;
 mod picture;
 mod scenes;
 
 use crate::SegmentError;
-use crate::calibration::{Calibration, Evidence};
-use crate::fpcc::Fpcc;
-use crate::fpccv2::FpccV2;
+use crate::calibration::{Calibration, CalibrationData};
 use crate::loss::{LossConfig, LossReport};
 use crate::model::SegmentModel;
-use crate::network::{Learner, NetworkConfig};
+use crate::network::{Design, Inference, NetworkConfig, Weighted};
 use crate::tile::{LabelledScene, Targets};
-use checkpoint::Checkpoint;
+use folder::Folder;
 use geom::{Event, Observer, SeedTree};
-use net::burn::grad_clipping::GradientClippingConfig;
-use net::burn::optim::{AdamWConfig, ModuleOptimizer};
-use net::burn::tensor::Device;
-use net::replicas::sum_gradients;
-use net::schedule::cosine_with_warmup;
-use net::{Processor, Replicas};
+use net::prelude::{Device, GradientsParams, Module};
+use net::training::{Part, first_weights};
+use net::{Checkpoint, Processor, Replicas, Schedule, Task, Training};
 use scene::ShapeSignature;
-use scenes::Stream;
+use scenes::{Stream, Variants};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 pub use one_tile::train_on_tile;
 
@@ -157,97 +154,134 @@ pub fn train(
     observer: &dyn Observer,
 ) -> Result<Trained, SegmentError> {
     config.check()?;
-    match config.network {
-        NetworkConfig::FpccV2(_) => teach::<FpccV2>(source, config, init, folder, seed, observer),
-        NetworkConfig::Fpcc(_) => teach::<Fpcc>(source, config, init, folder, seed, observer),
-    }
+    let run = TrainingRun { source, config, init, folder, seed, observer };
+    config.network.design().train(&run)
 }
 
-fn teach<L: Learner>(
-    source: &dyn SceneSource,
-    config: &TrainConfig,
-    init: Option<&SegmentModel>,
-    folder: &Path,
+/// What a training is given.
+pub(crate) struct TrainingRun<'a> {
+    source: &'a dyn SceneSource,
+    config: &'a TrainConfig,
+    init: Option<&'a SegmentModel>,
+    folder: &'a Path,
     seed: SeedTree,
-    observer: &dyn Observer,
-) -> Result<Trained, SegmentError> {
-    let device = config.processor.device()?.autodiff();
-    let replicas = Replicas::new(config.replicas).map_err(SegmentError::Threads)?;
-    device.seed(seed.child("weights", 0).value());
-    let network = L::fresh(&config.network, &device).expect("chosen by this very configuration");
-    let mut network = network.materialize();
-    if let Some(model) = init {
-        network.take(model)?;
-    }
-    let checkpoint = Checkpoint::open(folder, config)?;
-    let (mut network, mut optimiser, first) = checkpoint.resume(network, optimiser(config))?;
-    let mut curve = checkpoint.curve(first)?;
-    let mut validation = None;
+    observer: &'a dyn Observer,
+}
 
-    observer.event(Event::Started { stage: "train", total: config.steps });
-    let network = std::thread::scope(|scope| -> Result<L, SegmentError> {
-        let mut stream = Stream::new(scope, source, config, seed, first);
+/// Trains a network of this design.
+pub(crate) fn train_design<D: Design>(
+    design: &D,
+    run: &TrainingRun<'_>,
+) -> Result<Trained, SegmentError> {
+    let TrainingRun { source, config, init, seed, observer, .. } = *run;
+    let device = config.processor.device()?.autodiff();
+    let mut weights = first_weights(&device, seed, |device| design.fresh(device));
+    if let Some(model) = init {
+        take(&mut weights, model)?;
+    }
+    let folder = Folder::open(run.folder, config)?;
+    let training: Training<'_, D::Weights> = Training::begin::<SegmentError>(
+        weights,
+        config.schedule(),
+        folder.checkpoint(),
+        device,
+        observer,
+    )?;
+    let outcome = std::thread::scope(|scope| {
+        let mut stream = Stream::new(scope, source, config, seed, training.first());
         let held_out = scenes::validation_tiles(source, config, seed)?;
-        for step in first..config.steps {
-            let visible = stream.scenes_at(step)?;
-            // Copies with leaves of their own: tapes that share a parameter are one tape, and two threads walking it
-            // backwards wait for each other for ever.
-            let copies: Vec<L> =
-                (0..replicas.len()).map(|_| network.clone().fork(&device)).collect();
-            let results = replicas.run(|replica| {
-                let tile = scenes::draw(&visible, config, seed, step, replica as u64);
-                copies[replica].lesson(&tile, config, 1.0 / replicas.len() as f32, &device)
-            });
-            let (grads, reports): (Vec<_>, Vec<_>) = results.into_iter().unzip();
-            let report = mean(&reports);
-            if !report.total.is_finite() {
-                return Err(SegmentError::Diverged { step, loss: report.total });
-            }
-            let rate = cosine_with_warmup(config.learning_rate, config.warmup, step, config.steps);
-            let sum = sum_gradients(&network, grads);
-            network = optimiser.step(rate, network, sum);
-            let done = step + 1;
-            let last = done == config.steps;
-            if done % config.validation_steps == 0 || last {
-                let judged = validate(&network, &held_out, config, &replicas);
-                curve.write(done, rate, &report, Some(&judged))?;
-                validation = Some(judged);
-            } else if done % 20 == 0 {
-                curve.write(done, rate, &report, None)?;
-            }
-            let stop = observer.cancelled();
-            if done % config.checkpoint_steps == 0 || last || stop {
-                checkpoint.save(&network, &optimiser, done, config)?;
-            }
-            observer.event(Event::Advanced { stage: "train", done });
-            if stop {
-                break;
-            }
-        }
-        // A training that had no step left to do is judged all the same.
-        if validation.is_none() {
-            validation = Some(validate(&network, &held_out, config, &replicas));
-        }
-        Ok(network)
+        let tiles = TrainingTiles { design, config, seed, held_out, folder: &folder };
+        training.run(&tiles, |step| stream.scenes_at(step))
     })?;
-    let validation = validation.unwrap_or_default();
-    observer.event(Event::Finished { stage: "train" });
-    let steps = checkpoint.steps_done()?;
-    let mut model = SegmentModel::of_network(network.valid().into_network(), config, steps)?;
-    if steps == config.steps && matches!(config.network, NetworkConfig::FpccV2(_)) {
+    let mut model = model_of(design, &outcome.network, config, outcome.steps);
+    let votes = matches!(model.network.inference(), Inference::Votes(_));
+    if outcome.steps == config.steps && votes {
         let calibration = calibrated(&model, source, config, seed, observer)?;
         model.description.calibrate(calibration);
-        checkpoint.finish(&model)?;
+        folder.finish(&model)?;
     }
-    Ok(Trained { model, steps, validation })
+    Ok(Trained { model, steps: outcome.steps, validation: outcome.judgement })
 }
 
-fn optimiser(config: &TrainConfig) -> ModuleOptimizer {
-    AdamWConfig::new()
-        .with_weight_decay(config.weight_decay)
-        .with_epsilon(1e-8)
-        .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
-        .init()
+/// The weights of a model of the same architecture.
+fn take<N: Module>(weights: &mut N, model: &SegmentModel) -> Result<(), SegmentError> {
+    Ok(net::weights::from_bytes(weights, &model.network.to_bytes(&BTreeMap::new())?)?)
+}
+
+/// A network in training as a model.
+fn model_of<D: Design>(
+    design: &D,
+    network: &D::Weights,
+    config: &TrainConfig,
+    steps: u64,
+) -> SegmentModel {
+    let weights = network.valid().to_device(&Device::flex());
+    SegmentModel::of_network(Arc::new(Weighted { design: design.clone(), weights }), config, steps)
+}
+
+/// Tiles of scenes, for the training loop.
+struct TrainingTiles<'a, D> {
+    design: &'a D,
+    config: &'a TrainConfig,
+    seed: SeedTree,
+    held_out: Vec<Targets>,
+    folder: &'a Folder,
+}
+
+impl<D: Design> Task for TrainingTiles<'_, D> {
+    type Network = D::Weights;
+    type Batch = Vec<Variants>;
+    type Report = LossReport;
+    type Judgement = LossReport;
+    type Error = SegmentError;
+    const HEADER: &'static str = folder::HEADER;
+
+    fn gradients(
+        &self,
+        network: &D::Weights,
+        visible: &Vec<Variants>,
+        part: &Part<'_>,
+    ) -> (GradientsParams, LossReport) {
+        let tile = scenes::draw(visible, self.config, self.seed, part.step, part.replica as u64);
+        let share = 1.0 / part.replicas as f32;
+        self.design.gradients(network, &tile, self.config, share, part.device)
+    }
+
+    fn mean(&self, parts: &[LossReport]) -> LossReport {
+        mean(parts)
+    }
+
+    fn loss(&self, report: &LossReport) -> f32 {
+        report.total
+    }
+
+    fn judge(&self, network: &D::Weights, _: u64, replicas: &Replicas) -> LossReport {
+        let network = network.valid().to_device(&Device::flex());
+        let count = replicas.len();
+        let parts = replicas.run(|replica| {
+            let mine = self.held_out.iter().skip(replica).step_by(count);
+            mine.map(|tile| self.design.loss(&network, tile, self.config)).collect::<Vec<_>>()
+        });
+        mean(&parts.concat())
+    }
+
+    fn line(
+        &self,
+        step: u64,
+        rate: f64,
+        report: &LossReport,
+        judged: Option<&LossReport>,
+    ) -> String {
+        folder::line(step, rate, report, judged)
+    }
+
+    fn model(&self, network: &D::Weights, steps: u64) -> Result<Vec<u8>, SegmentError> {
+        model_of(self.design, network, self.config, steps).to_bytes()
+    }
+
+    fn saved(&self, _: &Checkpoint) -> Result<(), SegmentError> {
+        self.folder.draw_curve()
+    }
 }
 
 /// How the votes are read best on held-out scenes, others than those of the validation.
@@ -258,7 +292,7 @@ fn calibrated(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Calibration, SegmentError> {
-    let mut seen = Evidence::default();
+    let mut seen = CalibrationData::default();
     observer.event(Event::Started { stage: "calibrate", total: config.calibration_scenes });
     for number in 0..config.calibration_scenes {
         let index = config.validation_scenes + number;
@@ -282,22 +316,6 @@ impl Observer for Muted<'_> {
     }
 }
 
-/// Losses on held-out tiles, without gradients.
-fn validate<L: Learner>(
-    network: &L,
-    tiles: &[Targets],
-    config: &TrainConfig,
-    replicas: &Replicas,
-) -> LossReport {
-    let network = network.valid().to_device(&Device::flex());
-    let count = replicas.len();
-    let parts = replicas.run(|replica| {
-        let mine = tiles.iter().skip(replica).step_by(count);
-        mine.map(|tile| network.judged(tile, config)).collect::<Vec<_>>()
-    });
-    mean(&parts.concat())
-}
-
 fn mean(reports: &[LossReport]) -> LossReport {
     let n = reports.len().max(1) as f32;
     let of = |f: fn(&LossReport) -> f32| reports.iter().map(f).sum::<f32>() / n;
@@ -311,6 +329,18 @@ fn mean(reports: &[LossReport]) -> LossReport {
 }
 
 impl TrainConfig {
+    fn schedule(&self) -> Schedule {
+        Schedule {
+            steps: self.steps,
+            learning_rate: self.learning_rate,
+            warmup: self.warmup,
+            weight_decay: self.weight_decay,
+            replicas: self.replicas,
+            checkpoint_steps: self.checkpoint_steps,
+            validation_steps: self.validation_steps,
+        }
+    }
+
     fn check(&self) -> Result<(), SegmentError> {
         let at_least = |name, value: f64, least: f64, allowed| {
             if value >= least {

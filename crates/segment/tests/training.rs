@@ -91,7 +91,8 @@ fn losses(folder: &Path) -> Vec<f32> {
 
 #[test]
 fn both_networks_learn() {
-    let fpcc = FpccConfig { batch_points: 200, edge: 8, global: 16, joined: [16, 16] };
+    let fpcc =
+        FpccConfig { batch_points: 200, edge: 8, global: 16, joined: [16, 16], neighbours: 20 };
     let thesis = TrainConfig {
         network: NetworkConfig::Fpcc(fpcc),
         loss: LossConfig::of_the_thesis(),

@@ -82,6 +82,35 @@ pub enum SynthError {
         /// Kind of the sensor.
         sensor: &'static str,
     },
+    /// What happens next is not valid TOML or has a key that does not exist.
+    #[error("what happens next cannot be read: {message}")]
+    Happening {
+        /// The parser's message with line and column.
+        message: String,
+    },
+    /// A number of it out of range.
+    #[error("what happens next: {key} = {value} is not allowed: {why}")]
+    BadHappening {
+        /// Key in the file.
+        key: &'static str,
+        /// The value.
+        value: f64,
+        /// What is allowed.
+        why: &'static str,
+    },
+    /// Works without a plan.
+    #[error("works build a plan, and none was given; name the run folder that holds one")]
+    NoPlan,
+    /// A plan of another catalogue.
+    #[error(
+        "placement {order} of the plan is of a block the catalogue lacks; it has {known} types"
+    )]
+    PlanModel {
+        /// Which placement.
+        order: u32,
+        /// Types there are.
+        known: usize,
+    },
     /// A viewpoint that hidden-point removal cannot use.
     #[error(transparent)]
     HiddenPoints(#[from] geom::hidden_points::HiddenPointsError),

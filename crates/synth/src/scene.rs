@@ -1,13 +1,18 @@
 //! One scene: bed, pile, survey, in that order (METHOD §1).
 
 use crate::SynthError;
-use crate::bed::bed;
+use crate::bed::{bed, bed_mesh};
 use crate::pile::drop_pile;
 use crate::recipe::{Recipe, Resolved, Site};
 use crate::sensor::Scan;
 use crate::targets::Targets;
-use geom::{PointCloud, SeedTree, Vec3};
+use geom::{PointCloud, SeedTree, TriMesh, Vec3};
 use scene::{Catalog, Scene, SiteFrame, Survey};
+
+/// Width of a strip of the scan in largest blocks,
+const STRIP: f32 = 0.25;
+/// and its steps in strips. Free choices: only the order of the points depends on them.
+const STEP: f32 = 0.1;
 
 /// A pile, its survey and what nobody knows of a real one.
 #[derive(Clone, Debug)]
@@ -53,12 +58,14 @@ pub fn scene(recipe: &Recipe, catalog: &Catalog, seed: SeedTree) -> Result<Synth
 
 fn ground(recipe: &Recipe, resolved: &Resolved, seed: SeedTree) -> scene::Ground {
     match recipe.site {
+        // A measured bin has a flat floor.
+        _ if recipe.bin.measured => scene::Ground::Level { z_m: 0.0 },
         Site::Bin { .. } => scene::Ground::Level { z_m: 0.0 },
         Site::Pen { .. } | Site::Strip { .. } => bed(&recipe.bed, resolved, seed),
     }
 }
 
-fn measure(
+pub(crate) fn measure(
     recipe: &Recipe,
     resolved: &Resolved,
     catalog: &Catalog,
@@ -67,8 +74,18 @@ fn measure(
     seed: SeedTree,
 ) -> Result<SynthScene, SynthError> {
     let with_bed = recipe.bed.measured && !matches!(recipe.site, Site::Bin { .. });
-    let targets = Targets::new(&scene, catalog, with_bed.then_some(resolved.size_m));
-    let scan = recipe.sensor.scan(&targets, resolved, recipe.visibility, seed)?;
+    let mut around = if recipe.bin.measured {
+        recipe.bin.mesh(resolved)
+    } else if with_bed {
+        bed_mesh(&scene.ground, resolved.size_m)
+    } else {
+        TriMesh::default()
+    };
+    let top_m = top_m(&scene, catalog);
+    recipe.around.add(&mut around, &scene.ground, &recipe.bed, resolved, top_m);
+    let targets = Targets::new(&scene, catalog, around);
+    let mut scan = recipe.sensor.scan(&targets, resolved, recipe.visibility, seed)?;
+    recipe.delivery.of(&mut scan, resolved, seed.child("delivery", 0));
     let Scan { points, line, occlusion, positions } = in_scan_order(scan, resolved);
     let (position_m, instance) = points.into_iter().unzip();
     let survey = Survey {
@@ -82,10 +99,20 @@ fn measure(
     Ok(SynthScene { scene, survey, instance, occlusion, redraws })
 }
 
+/// Highest point any block can reach, metres; 0 without blocks.
+fn top_m(scene: &Scene, catalog: &Catalog) -> f32 {
+    let top = |b: &scene::PlacedBlock| {
+        let model = catalog.get(b.model);
+        let corner = |v: &Vec3| b.site_from_block.transform_point(*v).z;
+        model.mesh.vertices.iter().map(corner).fold(f32::NEG_INFINITY, f32::max)
+    };
+    scene.blocks.iter().map(top).fold(0.0, f32::max)
+}
+
 /// Points in strips, as surveys come, so that neither the order tells the block nor neighbours lie far apart in memory.
 fn in_scan_order(mut scan: Scan, resolved: &Resolved) -> Scan {
-    let strip = 0.25 * resolved.largest_m;
-    let key = |p: &Vec3| ((p.y / strip).floor(), (p.x / (0.1 * strip)).floor());
+    let strip = STRIP * resolved.largest_m;
+    let key = |p: &Vec3| ((p.y / strip).floor(), (p.x / (STEP * strip)).floor());
     let mut order: Vec<usize> = (0..scan.points.len()).collect();
     // A stable sort: ties keep the order in which the sensor made them, which is random.
     order.sort_by(|&a, &b| {

@@ -1,6 +1,5 @@
 //! All surfaces of a scene as world triangles that know their block, and dense points on them.
 
-use crate::bed::bed_mesh;
 use geom::{Bounds, SeedTree, TriMesh, Vec3};
 use scene::{Catalog, Scene};
 
@@ -23,9 +22,8 @@ pub(crate) struct SurfacePoints {
 }
 
 impl Targets {
-    /// Surfaces of the blocks and, when `bed` is a size, of the ground inside it.
-    pub fn new(scene: &Scene, catalog: &Catalog, bed: Option<[f32; 2]>) -> Self {
-        let ground = bed.map_or_else(TriMesh::default, |size_m| bed_mesh(&scene.ground, size_m));
+    /// Surfaces of the blocks and of what they lie in.
+    pub fn new(scene: &Scene, catalog: &Catalog, ground: TriMesh) -> Self {
         let block = |b: &scene::PlacedBlock| {
             catalog.get(b.model).mesh.map(|v| b.site_from_block.transform_point(v))
         };

@@ -7,7 +7,7 @@ use anyhow::anyhow;
 use clap::Args;
 use geom::DVec3;
 use metrics::{DetectionCounts, Fitting, InstanceScene, PoseCriteria, PoseScore, TrueBlock};
-use scene::{Catalog, Judgement, PlacedBlock, Recognised, SiteFrame};
+use scene::{Catalog, Recognised, SiteFrame};
 use serde::Serialize;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -222,9 +222,8 @@ fn score_scene(
     let truths: Vec<TrueBlock> = truth_rows
         .iter()
         .map(|row| {
-            let b = inputs::recognised(row, catalog, &frame, &truth_file)?;
-            let placed =
-                PlacedBlock { block: b.block, model: b.model, site_from_block: b.site_from_block };
+            let block = inputs::recognised(row, catalog, &frame, &truth_file)?;
+            let placed = block.placed().expect("a row is a stated block");
             Ok(TrueBlock { placed, occlusion: row.occlusion.unwrap_or(0.0) as f32 })
         })
         .collect::<Result<_, Exit>>()?;
@@ -233,12 +232,11 @@ fn score_scene(
         .map(|row| inputs::recognised(row, catalog, &frame, &result_file))
         .collect::<Result<_, Exit>>()?;
 
-    let judged = |r: &&Recognised| r.judgement == Judgement::Accepted;
     let mut total = Total {
         true_blocks: truths.len(),
         asked_for: truths.iter().filter(|t| t.occlusion < criteria.occlusion_limit).count(),
-        recognised: estimates.iter().filter(judged).count(),
-        not_judged: estimates.iter().filter(|r| !judged(r)).count(),
+        recognised: estimates.iter().filter(|r| r.is_stated()).count(),
+        not_judged: estimates.iter().filter(|r| !r.is_stated()).count(),
         poses: metrics::score_poses(&estimates, &truths, catalog, criteria),
         threshold_m: outputs::fitting_threshold_m(catalog),
         ..Total::default()
@@ -251,15 +249,7 @@ fn score_scene(
     if let Some(file) = &result_cloud {
         let cloud = io::points::read(file, terminal).or_bad_input()?;
         let points: Vec<_> = cloud.position.iter().map(|&p| frame.local_from_site(p)).collect();
-        let blocks: Vec<PlacedBlock> = estimates
-            .iter()
-            .filter(judged)
-            .map(|r| PlacedBlock {
-                block: r.block,
-                model: r.model,
-                site_from_block: r.site_from_block,
-            })
-            .collect();
+        let blocks = pipeline::placed_blocks(&estimates);
         total.distance_m = metrics::model_distances_m(&points, &blocks, catalog, total.threshold_m);
         if let Some(truth_file) = &truth_cloud {
             let truth = io::points::read(truth_file, terminal).or_bad_input()?;

@@ -1,15 +1,17 @@
 //! DXF: results out; design surfaces and alignments in, from what model space shows.
 
 mod entities;
+mod groups;
 mod meshes;
 mod polylines;
+mod sections;
 mod surface;
 mod write;
 
 pub(crate) use polylines::arc;
 pub use polylines::{DrawnLine, read_polylines};
 pub use surface::{DxfSurface, read_faces, read_surface};
-pub use write::{text, write};
+pub use write::{text, write, write_with};
 
 use geom::DVec3;
 

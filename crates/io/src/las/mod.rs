@@ -15,4 +15,4 @@ pub use copc::{is_copc, stream_box, stream_box_with};
 pub use header::LasSummary;
 pub use read::{stream, stream_with, summary};
 pub(crate) use relabel::relabel;
-pub use write::write_cloud;
+pub use write::{ExtraColumn, write_cloud, write_cloud_with};

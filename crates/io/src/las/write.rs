@@ -23,10 +23,45 @@ const SOURCE_ID: usize = 8;
 const CHUNK: usize = 50_000;
 const HEADER: usize = 375;
 
+/// A further number of each point: name of the dimension, what it means, a value a point (NaN: none).
+#[derive(Clone, Copy, Debug)]
+pub struct ExtraColumn<'a> {
+    /// Name, at most 32 bytes.
+    pub name: &'a str,
+    /// Meaning, at most 32 bytes.
+    pub description: &'a str,
+    /// As long as the cloud.
+    pub values: &'a [f32],
+}
+
 /// Writes the cloud; `.laz` is compressed, anything else plain.
 pub fn write_cloud(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
+    write_cloud_with(path, cloud, &[])
+}
+
+/// The same with further dimensions.
+pub fn write_cloud_with(
+    path: &Path,
+    cloud: &RawCloud,
+    columns: &[ExtraColumn],
+) -> Result<(), IoError> {
     cloud.check_columns(path)?;
-    let grid = Grid::of(cloud).map_err(|what| IoError::malformed(path, Place::File, what))?;
+    for column in columns {
+        let fits = column.values.len() == cloud.len()
+            && column.name.len() <= 32
+            && column.description.len() <= 32;
+        if !fits {
+            let what = format!(
+                "dimension `{}` has {} values for {} points, or texts of more than 32 bytes",
+                column.name,
+                column.values.len(),
+                cloud.len()
+            );
+            return Err(IoError::malformed(path, Place::File, what));
+        }
+    }
+    let grid =
+        Grid::of(cloud, columns).map_err(|what| IoError::malformed(path, Place::File, what))?;
     let compressed = crate::mesh::extension(path) == "laz";
     let dimensions: Vec<(&str, u8, &str)> = [
         (cloud.instance.is_some(), ("instance", 5, "block number, 0 = none")),
@@ -35,6 +70,7 @@ pub fn write_cloud(path: &Path, cloud: &RawCloud) -> Result<(), IoError> {
     ]
     .into_iter()
     .filter_map(|(present, d)| present.then_some(d))
+    .chain(columns.iter().map(|c| (c.name, 9, c.description)))
     .collect();
     let extra_bytes: usize = dimensions.iter().map(|d| if d.1 == 3 { 2 } else { 4 }).sum();
     let items = LazItemRecordBuilder::default_for_point_format_id(FORMAT, extra_bytes as u16)
@@ -192,16 +228,17 @@ fn compress(records: &[u8], vlr: &LazVlr) -> io::Result<Vec<u8>> {
 }
 
 /// The integer grid that the coordinates are stored on.
-struct Grid {
+struct Grid<'a> {
+    columns: &'a [ExtraColumn<'a>],
     scale: f64,
     offset: DVec3,
     min: DVec3,
     max: DVec3,
 }
 
-impl Grid {
+impl<'a> Grid<'a> {
     /// 0.1 mm steps (0.001 mm for clouds under 10 m) from whole metres; coarser only where 32 bits force it.
-    fn of(cloud: &RawCloud) -> Result<Self, String> {
+    fn of(cloud: &RawCloud, columns: &'a [ExtraColumn<'a>]) -> Result<Self, String> {
         let [min, max] = cloud.extent().unwrap_or_default();
         let size = (max - min).max_element();
         let mut scale = if size < 10.0 { 1e-6 } else { 1e-4 };
@@ -214,11 +251,11 @@ impl Grid {
             ));
         }
         let offset = ((min + max) / 2.0).round();
-        let grid = Self { scale, offset, min, max };
+        let grid = Self { columns, scale, offset, min, max };
         let back = |p: DVec3| grid.place(p).map(|v| f64::from(v) * scale);
         let (min, max) =
             (DVec3::from_array(back(min)) + offset, DVec3::from_array(back(max)) + offset);
-        Ok(Self { scale, offset, min, max })
+        Ok(Self { columns, scale, offset, min, max })
     }
 
     fn place(&self, p: DVec3) -> [i32; 3] {
@@ -247,6 +284,9 @@ impl Grid {
             }
             if let Some(column) = &cloud.confidence {
                 out.extend_from_slice(&column[i].to_le_bytes());
+            }
+            for column in self.columns {
+                out.extend_from_slice(&column.values[i].to_le_bytes());
             }
         }
         out

@@ -5,8 +5,8 @@ use io::drawing::{Drawing, SectionLine};
 use io::raster::Raster;
 use io::tin::Tin;
 use scene::{
-    BlockModel, Catalog, ConvexPart, InstanceId, Judgement, ModelId, Placement, PlacementState,
-    Recognised, SiteFrame, SymmetryGroup,
+    BlockModel, Catalog, ConvexPart, Fit, Guess, InstanceId, ModelId, Placement, PlacementState,
+    Recognised, SiteFrame, SymmetryGroup, Verdict,
 };
 
 /// Owns what a [`Drawing`] borrows.
@@ -86,18 +86,19 @@ pub fn sample() -> Sample {
     };
     let catalog = Catalog::new(vec![wedge("wedge-2m", 1.0), wedge("wedge 3m (積)", 1.5)]);
     let recognised = (0..6)
-        .map(|i| Recognised {
-            block: InstanceId(i as u32 + 1),
-            model: ModelId((i % 2) as u16),
-            site_from_block: pose(i),
-            judgement: if i == 5 { Judgement::NotJudged } else { Judgement::Accepted },
-            type_judged: true,
-            confidence: 0.9,
-            fitness_m: 0.0125,
-            runner_up: Some((ModelId(((i + 1) % 2) as u16), 0.25)),
-            occlusion: 0.3,
-            points: Vec::new(),
-            covariance: [0.0; 36],
+        .map(|i| {
+            let fit = Fit {
+                confidence: Some(0.9),
+                fitness_m: Some(0.0125),
+                runner_up: Some((ModelId(((i + 1) % 2) as u16), 0.25)),
+                occlusion: Some(0.3),
+                ..Fit::of_pose(ModelId((i % 2) as u16), pose(i))
+            };
+            let verdict = match i {
+                5 => Verdict::NotJudged(Guess::Fit(fit)),
+                _ => Verdict::Stated(fit),
+            };
+            Recognised { block: InstanceId(i as u32 + 1), points: Vec::new(), verdict }
         })
         .collect();
     let placements = (0..4)

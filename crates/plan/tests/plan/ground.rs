@@ -4,22 +4,10 @@ use crate::site::{self, Heard};
 use geom::{PointCloud, Pose, SeedTree, Vec3};
 use plan::{GroundConfig, estimate_ground, with_obstacles};
 use rand::RngExt;
-use scene::{Ground, InstanceId, Judgement, ModelId, Recognised};
+use scene::{Fit, Ground, Guess, InstanceId, ModelId, Recognised, Verdict};
 
 fn recognised(pose: Pose) -> Recognised {
-    Recognised {
-        block: InstanceId(1),
-        model: ModelId(0),
-        site_from_block: pose,
-        judgement: Judgement::Accepted,
-        type_judged: true,
-        confidence: 1.0,
-        fitness_m: 0.0,
-        runner_up: None,
-        occlusion: 0.0,
-        points: Vec::new(),
-        covariance: [0.0; 36],
-    }
+    Recognised::of_fit(InstanceId(1), Vec::new(), Fit::of_pose(ModelId(0), pose))
 }
 
 #[test]
@@ -80,15 +68,16 @@ fn a_slope_under_blocks_comes_back() {
         stray.translation.z
     );
     assert!(heard.has("taken as solid"));
-    for pose in found.iter().map(|f| f.site_from_block.translation) {
+    for pose in scene::stated(&found).map(|(_, fit)| fit.site_from_block.translation) {
         assert!((with.height_m(pose.x, pose.y) - ground.height_m(pose.x, pose.y)).abs() < 0.05);
     }
     // A block that is there but not judged is such a thing too; one that is recognised is not.
     let mut judged = found.clone();
-    judged.push(Recognised { judgement: Judgement::NotJudged, ..recognised(stray) });
+    let guess = Guess::Fit(Fit::of_pose(ModelId(0), stray));
+    judged.push(Recognised { verdict: Verdict::NotJudged(guess), ..recognised(stray) });
     let left_open = with_obstacles(ground.clone(), &cloud, &judged, &site.catalog, &config, &heard);
     assert_eq!(left_open, with);
-    judged.last_mut().unwrap().judgement = Judgement::Accepted;
+    *judged.last_mut().unwrap() = recognised(stray);
     assert_eq!(
         with_obstacles(ground.clone(), &cloud, &judged, &site.catalog, &config, &heard),
         ground

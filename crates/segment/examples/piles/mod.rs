@@ -43,7 +43,7 @@ pub fn labelled(seed: SeedTree) -> Result<LabelledScene, String> {
 pub fn recipe(height_m: f32, rng: &mut impl rand::Rng) -> Result<Recipe, String> {
     let mut between = |a: f32, b: f32| a + (b - a) * rng.random::<f32>();
     let uav = between(0.0, 1.0) < 0.5;
-    // Points per square metre that give a block of 2 m the densities of SENSORS.md, scaled with the block.
+    // Points per square metre that give a block of 2 m the densities of METHOD §1.1, scaled with the block.
     let scale = (2.0 / height_m).powi(2);
     let density = if uav { between(300.0, 900.0) } else { between(150.0, 800.0) } * scale;
     let mut recipe = Recipe::parse(&format!(

@@ -2,7 +2,6 @@
 
 use super::{SceneSource, Split, TrainConfig};
 use crate::SegmentError;
-use crate::network::NetworkConfig;
 use crate::tile::{Targets, ThinScene};
 use geom::SeedTree;
 use rand::RngExt;
@@ -12,7 +11,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::Scope;
 
 /// A scene thinned in a few ways.
-type Variants = Arc<Vec<ThinScene>>;
+pub(super) type Variants = Arc<Vec<ThinScene>>;
 
 /// Scenes in order, from a thread that runs a little ahead.
 pub(super) struct Stream<'a> {
@@ -107,19 +106,10 @@ pub(super) fn draw(
     cut(variant, config, config.mirror, node.child("cut", 0))
 }
 
-/// A tile as the network wants it: a compact piece, or for FPCC points drawn from a piece as wide as a scene.
+/// A tile as the network wants it.
 fn cut(scene: &ThinScene, config: &TrainConfig, mirror: bool, seed: SeedTree) -> Targets {
-    match &config.network {
-        NetworkConfig::FpccV2(_) => scene.tile(config.tile_points, config.margin, mirror, seed),
-        NetworkConfig::Fpcc(fpcc) => {
-            let edge = seed.child("edge", 0).rng().random_range(0.6..1.0) * WIDEST;
-            scene.sample(fpcc.batch_points, edge, config.margin, mirror, seed)
-        }
-    }
+    config.network.design().cut(scene, config, mirror, seed)
 }
-
-/// Widest piece FPCC is shown, d_max: as wide as the pieces of a survey.
-const WIDEST: f32 = 10.0;
 
 /// Two tiles of every validation scene's thinning.
 pub(super) fn validation_tiles(

@@ -1,5 +1,6 @@
 //! A depth camera above a bin: one view, noise that grows with the square of the distance and is smooth over
-//! neighbouring pixels, quantised depth, flying pixels at outlines, nothing at grazing incidence.
+//! neighbouring pixels, quantised depth, flying pixels at outlines, nothing at grazing incidence, and for structured light
+//! nothing where the projector's light does not reach.
 //!
 //! Defaults are those of a short-range stereo camera (2 mm at 1 m, growing with z², depth steps well below 1 mm).
 
@@ -19,8 +20,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DepthCamera {
-    /// Height above the top of the pile.
+    /// Height above the top of the pile; the image holds `density_per_m2` points a square metre at this height.
     pub height_m: f32,
+    /// Largest height: each scene draws its own from `height_m` up, and sees with pixels that much wider; 0: always
+    /// `height_m`.
+    pub most_height_m: f32,
+    /// Distance of a structured-light camera's projector from its lens: what the projector does not light has no depth;
+    /// 0: a camera without one.
+    pub projector_m: f32,
     /// Largest tilt from straight down; each scene draws its own, towards any side.
     pub most_tilt_deg: f32,
     /// Noise of one pixel at 1 m; grows with the square of the distance.
@@ -39,6 +46,8 @@ impl Default for DepthCamera {
     fn default() -> Self {
         Self {
             height_m: 0.5,
+            most_height_m: 0.0,
+            projector_m: 0.0,
             most_tilt_deg: 8.0,
             noise_at_1m_sd_m: 0.002,
             correlation_px: 4.0,
@@ -55,6 +64,15 @@ const OUTLINE: f32 = 6.0;
 impl DepthCamera {
     pub(super) fn check(&self) -> Result<(), SynthError> {
         within("sensor.height_m", self.height_m, [0.01, 100.0], "0.01 to 100 m")?;
+        if self.most_height_m != 0.0 {
+            within(
+                "sensor.most_height_m",
+                self.most_height_m,
+                [self.height_m, 100.0],
+                "0, or from sensor.height_m to 100 m",
+            )?;
+        }
+        within("sensor.projector_m", self.projector_m, [0.0, 10.0], "0 to 10 m")?;
         within("sensor.most_tilt_deg", self.most_tilt_deg, [0.0, 60.0], "0 to 60 degrees")?;
         within("sensor.noise_at_1m_sd_m", self.noise_at_1m_sd_m, [0.0, 1.0], "0 to 1 m")?;
         within("sensor.correlation_px", self.correlation_px, [1.0, 100.0], "1 to 100 pixels")?;
@@ -79,9 +97,19 @@ impl DepthCamera {
         let tilt = rng.random_range(0.0..=self.most_tilt_deg).to_radians();
         let side = rng.random_range(0.0..std::f32::consts::TAU);
         let up = Quat::from_rotation_z(side) * Quat::from_rotation_x(tilt) * Vec3::Z;
-        let position = region.centre() + up * (self.height_m + region.size().z / 2.0);
-        let pixel_m = 1.0 / resolved.density_per_m2.sqrt();
+        let height_m = if self.most_height_m > self.height_m {
+            rng.random_range(self.height_m..=self.most_height_m)
+        } else {
+            self.height_m
+        };
+        let position = region.centre() + up * (height_m + region.size().z / 2.0);
+        // The same image from farther away: pixels grow with the distance.
+        let pixel_m = height_m / self.height_m / resolved.density_per_m2.sqrt();
         let map = RangeMap::render(Camera::looking_at(&region, position, pixel_m), targets);
+        let beam = (self.projector_m > 0.0).then(|| {
+            let aside = up.any_orthonormal_vector() * self.projector_m;
+            RangeMap::render(Camera::looking_at(&region, position + aside, pixel_m), targets)
+        });
 
         let samples = targets.sample(
             SAMPLES_PER_BLOCK * targets.block_count() as f32 / targets.area_m2(),
@@ -90,13 +118,14 @@ impl DepthCamera {
         let sees = |(p, n): (&Vec3, &Vec3)| map.sees(*p, *n);
         let occlusion =
             occlusion(&samples.owner, samples.position.iter().zip(&samples.normal).map(sees));
-        let points = self.points(&map, targets, &mut rng);
+        let points = self.points(&map, beam.as_ref(), targets, &mut rng);
         Ok(Scan { points, line: Vec::new(), occlusion, positions: vec![position] })
     }
 
     fn points(
         &self,
         map: &RangeMap<Camera>,
+        beam: Option<&RangeMap<Camera>>,
         targets: &Targets,
         rng: &mut impl Rng,
     ) -> Vec<(Vec3, u32)> {
@@ -126,6 +155,12 @@ impl DepthCamera {
                     depth += between * (behind - depth);
                     owner = 0;
                 } else if -targets.normal[triangle].dot(direction.normalize()) < least_cos {
+                    continue;
+                }
+                let lit = |beam: &RangeMap<Camera>| {
+                    beam.sees(origin + direction * map.range[cell], targets.normal[triangle])
+                };
+                if !beam.is_none_or(lit) {
                     continue;
                 }
                 depth += self.noise_at_1m_sd_m * depth * depth * field.at(column, row);

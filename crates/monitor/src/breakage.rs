@@ -1,0 +1,105 @@
+//! Surface of a matched block that the earlier epoch showed and the later one sees through.
+//!
+//! In: the same block in both epochs, each at its own pose. Out: the area of the largest connected patch that is gone. The
+//! rest of the block must still be where its pose says, or the pose is wrong and not the block.
+
+use crate::body::Body;
+use crate::surface_samples::{Samples, of};
+use crate::view::{Look, View};
+use geom::{PointGrid, Vec3};
+use scene::Catalog;
+use serde::{Deserialize, Serialize};
+
+/// When surface counts as gone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BreakageConfig {
+    /// Samples of a block's surface.
+    pub samples: usize,
+    /// Smallest connected patch, in squares of the block length.
+    pub least_patch_blocks2: f32,
+    /// Share of the rest that must be seen.
+    pub least_rest: f64,
+}
+
+impl Default for BreakageConfig {
+    fn default() -> Self {
+        Self { samples: 900, least_patch_blocks2: 0.02, least_rest: 0.7 }
+    }
+}
+
+/// Area that is gone, m²; 0 when none is, or when the rest does not fit.
+pub(crate) fn gone_m2(
+    earlier: &Body,
+    later: &Body,
+    catalog: &Catalog,
+    samples: &[Samples],
+    views: [&View; 2],
+    config: &BreakageConfig,
+) -> f64 {
+    let model = catalog.get(earlier.model);
+    let samples = of(samples, earlier.model);
+    let before = samples.posed(earlier.pose(model));
+    let after = same_reading(earlier, later, catalog);
+    let shown: Vec<usize> =
+        before.enumerate().filter(|(_, (p, _))| views[0].has_point(*p)).map(|(i, _)| i).collect();
+    let at: Vec<(Vec3, Vec3)> = samples.posed(after.pose(model)).collect();
+    let looks: Vec<Look> = shown.iter().map(|&i| views[1].look(at[i].0, at[i].1)).collect();
+    let through: Vec<Vec3> = shown
+        .iter()
+        .zip(&looks)
+        .filter(|(_, l)| **l == Look::Through)
+        .map(|(&i, _)| samples.position[i])
+        .collect();
+    let patch = largest_patch(&through, 2.0 * samples.area_m2.sqrt());
+    let seen = looks.iter().filter(|l| **l == Look::Seen).count();
+    let rest = shown.len() - patch;
+    let fits = seen as f64 >= config.least_rest * rest as f64 && rest > patch;
+    let area_m2 = patch as f32 * samples.area_m2;
+    let enough = area_m2 >= config.least_patch_blocks2 * model.d_box_m * model.d_box_m;
+    if fits && enough { f64::from(area_m2) } else { 0.0 }
+}
+
+/// The later block with the rotation, of all that its symmetry allows, nearest the earlier one: then a sample is the same place
+/// of the concrete in both epochs.
+fn same_reading(earlier: &Body, later: &Body, catalog: &Catalog) -> Body {
+    let turn = crate::body::difference(earlier, later, catalog).turn();
+    let rotation = geom::DQuat::from_scaled_axis(turn) * earlier.rotation;
+    Body { rotation, ..later.clone() }
+}
+
+/// Number of places in the largest group connected by steps of at most `step_m`.
+fn largest_patch(places: &[Vec3], step_m: f32) -> usize {
+    let grid = PointGrid::new(places, step_m);
+    let mut seen = vec![false; places.len()];
+    let mut largest = 0;
+    for start in 0..places.len() {
+        if std::mem::replace(&mut seen[start], true) {
+            continue;
+        }
+        let (mut open, mut count) = (vec![start], 0);
+        while let Some(i) = open.pop() {
+            count += 1;
+            grid.for_each_within(places[i], step_m, |j, _, _| {
+                if !std::mem::replace(&mut seen[j as usize], true) {
+                    open.push(j as usize);
+                }
+            });
+        }
+        largest = largest.max(count);
+    }
+    largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_of_two_groups_counts() {
+        let line = |start: f32, n: usize| (0..n).map(move |i| Vec3::X * (start + i as f32 * 0.1));
+        let places: Vec<Vec3> = line(0.0, 5).chain(line(9.0, 8)).collect();
+        assert_eq!(largest_patch(&places, 0.15), 8);
+        assert_eq!(largest_patch(&[], 0.15), 0);
+    }
+}

@@ -1,0 +1,95 @@
+//! What both sensors do to every block beyond the covariance of its fit.
+//!
+//! A survey's drift, roll or heave moves whole neighbourhoods; no fit sees it. The blocks that did not move show it: their
+//! differences spread wider than their covariances say. In: differences and covariances of the pairs. Out: the extra variance
+//! of a shift along, a shift up and a turn. A few blocks say little; there the sensor's usual error counts more.
+
+use crate::body::Difference;
+use crate::dense::{Matrix, zeros};
+use scene::SensorKind;
+use serde::Serialize;
+
+/// Standard deviations of a difference of two epochs beyond the fits' own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct CommonError {
+    /// Along each horizontal axis, metres.
+    pub level_sd_m: f64,
+    /// Upwards, metres.
+    pub height_sd_m: f64,
+    /// Turn about each axis, radians.
+    pub turn_sd_rad: f64,
+}
+
+/// Pairs that the usual error counts for.
+const USUAL_WEIGHT: f64 = 4.0;
+/// Median of χ² with one degree of freedom.
+const MEDIAN: f64 = 0.454_936;
+/// 99 % of χ² with six degrees of freedom.
+const NO_CHANGE: f64 = 16.812;
+
+impl CommonError {
+    /// What the sensors are known to do, both together, for blocks of this size (a bin's parts are small).
+    pub fn usual(earlier: SensorKind, later: SensorKind, size_m: f64) -> Self {
+        let one = |kind: SensorKind| match kind {
+            SensorKind::Uav => [0.005, 0.01, 0.003],
+            SensorKind::Mbes => [0.015, 0.012, 0.006],
+            SensorKind::DepthCamera => [0.004 * size_m, 0.004 * size_m, 0.005],
+        };
+        let (a, b) = (one(earlier), one(later));
+        let both = |i: usize| a[i].hypot(b[i]);
+        Self { level_sd_m: both(0), height_sd_m: both(1), turn_sd_rad: both(2) }
+    }
+
+    /// As a covariance of shift and turn.
+    pub(crate) fn covariance(&self) -> Matrix<6> {
+        let mut out = zeros::<6>();
+        let sd = [self.level_sd_m, self.level_sd_m, self.height_sd_m];
+        for (i, sd) in sd.into_iter().chain([self.turn_sd_rad; 3]).enumerate() {
+            out[i][i] = sd * sd;
+        }
+        out
+    }
+
+    /// From the pairs that did not change, each with its Mahalanobis distance so far; `usual` is where it starts.
+    pub(crate) fn estimated(differences: &[(Difference, f64)], usual: Self) -> Self {
+        let still: Vec<&Difference> =
+            differences.iter().filter(|(_, d2)| *d2 < NO_CHANGE).map(|(d, _)| d).collect();
+        let component = |axes: &[usize], usual: f64| {
+            let samples: Vec<(f64, f64)> = still
+                .iter()
+                .flat_map(|d| axes.iter().map(|&i| (d.d[i] * d.d[i], d.covariance[i][i])))
+                // The free turn of a body of revolution says nothing.
+                .filter(|(_, v)| *v < 1.0)
+                .collect();
+            let count = still.len() as f64;
+            let found = extra_variance(&samples);
+            ((USUAL_WEIGHT * usual * usual + count * found) / (USUAL_WEIGHT + count)).sqrt()
+        };
+        Self {
+            level_sd_m: component(&[0, 1], usual.level_sd_m),
+            height_sd_m: component(&[2], usual.height_sd_m),
+            turn_sd_rad: component(&[3, 4, 5], usual.turn_sd_rad),
+        }
+    }
+}
+
+/// The variance that, added to each one's own, brings the median of square over variance to that of χ²₁.
+fn extra_variance(samples: &[(f64, f64)]) -> f64 {
+    if samples.is_empty() {
+        return 0.0;
+    }
+    let median = |extra: f64| {
+        let mut ratio: Vec<f64> = samples.iter().map(|(r2, v)| r2 / (v + extra)).collect();
+        let middle = ratio.len() / 2;
+        *ratio.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    if median(0.0) <= MEDIAN {
+        return 0.0;
+    }
+    let (mut low, mut high) = (0.0, samples.iter().map(|(r2, _)| *r2).fold(0.0, f64::max) / MEDIAN);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if median(middle) > MEDIAN { low = middle } else { high = middle }
+    }
+    high
+}

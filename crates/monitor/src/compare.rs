@@ -1,0 +1,438 @@
+//! The comparison of two epochs: register, match, test, look.
+
+use crate::body::{Body, difference};
+use crate::breakage::{BreakageConfig, gone_m2};
+use crate::change::{Change, Class};
+use crate::common_error::CommonError;
+use crate::dense::{Matrix, cholesky, distance2, sum};
+use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
+use crate::matching::{MatchConfig, Pair, matched};
+use crate::motion::{Motion, covariance_at};
+use crate::registration::{self, Basis, CommonMovement, Registration, RegistrationConfig};
+use crate::single::{Only, SingleConfig, judge_all};
+use crate::stable::{self, StableGround};
+use crate::surface_samples::samples;
+use crate::view::View;
+use crate::{Epoch, MonitorError};
+use geom::{Bounds, DVec3, Observer, Vec3};
+use rayon::prelude::*;
+use scene::{Catalog, Survey};
+use serde::{Deserialize, Serialize};
+
+/// Settings of a comparison; `Default` is the method's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CompareConfig {
+    /// Where the later survey lies.
+    pub registration: RegistrationConfig,
+    /// Which block is which.
+    pub matching: MatchConfig,
+    /// When a difference is a change.
+    pub detection: DetectionConfig,
+    /// When a block is missing or new.
+    pub single: SingleConfig,
+    /// When a block is possibly broken.
+    pub breakage: BreakageConfig,
+}
+
+/// What happened between two epochs. Places are in the earlier epoch's local frame.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// One entry a block of either epoch: those of the earlier one in its order, then those seen later only.
+    pub changes: Vec<Change>,
+    /// The registration the changes refer to.
+    pub reference: Registration,
+    /// The registration on the blocks that did not move among themselves; `None` where too few agree.
+    pub on_blocks: Option<Registration>,
+    /// The registration on ground.
+    pub on_ground: Option<Registration>,
+    /// What the blocks did together against the ground.
+    pub common_movement: Option<CommonMovement>,
+    /// What both sensors do to every block.
+    pub common_error: CommonError,
+    /// The later survey's points, registered.
+    pub later_points: Vec<Vec3>,
+}
+
+impl Comparison {
+    /// Blocks of a class.
+    pub fn count(&self, class: Class) -> usize {
+        self.changes.iter().filter(|c| c.class == class).count()
+    }
+
+    /// Whether the blocks as a whole went up or down against the ground, beyond what both registrations leave open.
+    pub fn common_settlement_m(&self) -> Option<f64> {
+        self.common_movement.filter(|m| m.settled).map(|m| m.shift_m[2])
+    }
+}
+
+/// Compares two epochs of one site. `stable` names ground that does not move; where it is given, movements are absolute, else
+/// relative to the blocks that did not move among themselves.
+///
+/// Errors: [`MonitorError`]; a pair of epochs without any change is no error.
+pub fn compare(
+    earlier: &Epoch,
+    later: &Epoch,
+    catalog: &Catalog,
+    stable: &StableGround,
+    config: &CompareConfig,
+    observer: &dyn Observer,
+) -> Result<Comparison, MonitorError> {
+    check(earlier, later, catalog)?;
+    let frame = Frame::of(earlier, later, catalog);
+    let registered = register(&frame, earlier, later, catalog, stable, config)?;
+    stop(observer)?;
+    let mut out = detect(&frame, registered, earlier, later, catalog, config, observer)?;
+    number(&mut out.changes);
+    Ok(out)
+}
+
+fn stop(observer: &dyn Observer) -> Result<(), MonitorError> {
+    if observer.cancelled() { Err(MonitorError::Stopped) } else { Ok(()) }
+}
+
+fn check(earlier: &Epoch, later: &Epoch, catalog: &Catalog) -> Result<(), MonitorError> {
+    let (a, b) = (&earlier.survey.frame, &later.survey.frame);
+    if a.crs != b.crs {
+        return Err(MonitorError::OtherCrs { earlier: a.crs.clone(), later: b.crs.clone() });
+    }
+    for (epoch, name) in [(earlier, "earlier"), (later, "later")] {
+        if epoch.survey.cloud.is_empty() {
+            return Err(MonitorError::NoPoints { epoch: name });
+        }
+        if let Some(block) = epoch.blocks.iter().find(|b| usize::from(b.model.0) >= catalog.len()) {
+            return Err(MonitorError::UnknownModel {
+                block: block.id,
+                model: block.model.0,
+                known: catalog.len(),
+            });
+        }
+    }
+    let bounds = |s: &Survey| {
+        let b = s.cloud.bounds();
+        [s.frame.site_from_local(b.min), s.frame.site_from_local(b.max)]
+    };
+    let ([a0, a1], [b0, b1]) = (bounds(earlier.survey), bounds(later.survey));
+    let gap = |i: usize| (b0[i] - a1[i]).max(a0[i] - b1[i]).max(0.0);
+    let gap_m = gap(0).hypot(gap(1));
+    if gap_m > 0.0 { Err(MonitorError::NoOverlap { gap_m }) } else { Ok(()) }
+}
+
+/// Both epochs in the earlier one's local frame, not yet registered.
+struct Frame {
+    earlier: Vec<Body>,
+    later: Vec<Body>,
+    /// The later survey's points and sensors.
+    points: Vec<Vec3>,
+    sensors: Vec<Vec3>,
+    pivot: DVec3,
+    size_m: f64,
+}
+
+impl Frame {
+    fn of(earlier: &Epoch, later: &Epoch, catalog: &Catalog) -> Self {
+        let origin = DVec3::from_array(later.survey.frame.origin)
+            - DVec3::from_array(earlier.survey.frame.origin);
+        let moved = |p: &Vec3| (p.as_dvec3() + origin).as_vec3();
+        let bodies = (Body::all(earlier, catalog, DVec3::ZERO), Body::all(later, catalog, origin));
+        let bounds = Bounds::of(bodies.0.iter().map(|b| b.centre.as_vec3()));
+        let pivot = if bounds.is_empty() {
+            earlier.survey.cloud.bounds().centre()
+        } else {
+            bounds.centre()
+        };
+        Self {
+            earlier: bodies.0,
+            later: bodies.1,
+            points: later.survey.cloud.position_m.iter().map(moved).collect(),
+            sensors: later.survey.sensor_positions.iter().map(moved).collect(),
+            pivot: pivot.as_dvec3(),
+            size_m: catalog.iter().map(|(_, m)| f64::from(m.d_box_m)).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Registrations and pairs.
+struct Registered {
+    reference: Registration,
+    on_blocks: Option<Registration>,
+    on_ground: Option<Registration>,
+    common_movement: Option<CommonMovement>,
+    common_error: CommonError,
+    pairs: Vec<Pair>,
+}
+
+fn register(
+    frame: &Frame,
+    earlier: &Epoch,
+    later: &Epoch,
+    catalog: &Catalog,
+    stable: &StableGround,
+    config: &CompareConfig,
+) -> Result<Registered, MonitorError> {
+    let usual = CommonError::usual(earlier.survey.sensor, later.survey.sensor, frame.size_m / 2.0);
+    let few = frame.earlier.len().min(frame.later.len());
+    let on_blocks =
+        if few >= 3 { blocks_registered(frame, catalog, &usual, config)? } else { None };
+    let start = on_blocks.as_ref().map_or(Motion::none(frame.pivot), |(r, _, _)| r.motion);
+    let on_ground = stable::registered(
+        [earlier, later],
+        &frame.points,
+        stable,
+        frame.size_m,
+        start,
+        config.registration.cluster_blocks * frame.size_m,
+    );
+    let common_movement = match (&on_blocks, &on_ground) {
+        (Some((b, _, _)), Some(g)) => Some(registration::common_movement(b, g)),
+        _ => None,
+    };
+    let blocks_only = on_blocks.as_ref().map(|b| b.0);
+    let reference = if config.registration.fixed {
+        Registration::fixed(frame.pivot)
+    } else {
+        let absolute = on_ground.filter(|g| g.basis == Basis::StableGround);
+        let joined = match (absolute, blocks_only) {
+            (Some(g), Some(b)) => registration::joined(&b, &g),
+            (absolute, _) => absolute,
+        };
+        joined.or(blocks_only).unwrap_or(Registration::fixed(frame.pivot))
+    };
+    within_limits(&reference, &config.registration)?;
+    let found = on_blocks.map(|(_, error, pairs)| (error, pairs));
+    let (common_error, pairs) = match found {
+        // Fixed coordinates and absolute heights ask for their own pairs.
+        Some((error, _)) if reference.basis != Basis::Blocks => {
+            (error, pairs_at(frame, &reference, catalog, &error, config)?)
+        }
+        Some(found) => found,
+        None => (usual, pairs_at(frame, &reference, catalog, &usual, config)?),
+    };
+    Ok(Registered {
+        reference,
+        on_blocks: blocks_only,
+        on_ground,
+        common_movement,
+        common_error,
+        pairs,
+    })
+}
+
+fn pairs_at(
+    frame: &Frame,
+    registration: &Registration,
+    catalog: &Catalog,
+    error: &CommonError,
+    config: &CompareConfig,
+) -> Result<Vec<Pair>, MonitorError> {
+    let later: Vec<Body> = frame.later.iter().map(|b| b.moved(&registration.motion)).collect();
+    matched(&frame.earlier, &later, catalog, &error.covariance(), &config.matching)
+}
+
+/// Rounds of matching, registering and estimating what the sensors do.
+const ROUNDS: usize = 4;
+/// Blocks that must agree on a shift, of the smaller epoch.
+const AGREEING: f64 = 0.2;
+
+type OnBlocks = Option<(Registration, CommonError, Vec<Pair>)>;
+
+fn blocks_registered(
+    frame: &Frame,
+    catalog: &Catalog,
+    usual: &CommonError,
+    config: &CompareConfig,
+) -> Result<OnBlocks, MonitorError> {
+    let mut motion = Motion::none(frame.pivot);
+    if !config.registration.fixed {
+        let reach_m = config.registration.most_shift_m.max(0.5 * frame.size_m);
+        let bin_m = 0.06 * frame.size_m;
+        let (shift, agreeing) =
+            registration::common_shift(&frame.earlier, &frame.later, reach_m, bin_m);
+        let blocks = frame.earlier.len().min(frame.later.len());
+        if (agreeing as f64) < (AGREEING * blocks as f64).max(3.0) {
+            return if blocks < 10 {
+                Ok(None)
+            } else {
+                Err(MonitorError::NoCommonBlocks { agreeing, blocks })
+            };
+        }
+        motion.shift_m = (-shift).to_array();
+    }
+    let mut error = *usual;
+    let mut found = None;
+    for _ in 0..ROUNDS {
+        let common = error.covariance();
+        let later: Vec<Body> = frame.later.iter().map(|b| b.moved(&motion)).collect();
+        let pairs = matched(&frame.earlier, &later, catalog, &common, &config.matching)?;
+        let cluster_m = config.registration.cluster_blocks * frame.size_m;
+        let registration = registration::on_blocks(
+            &frame.earlier,
+            &frame.later,
+            &pairs,
+            catalog,
+            &common,
+            motion,
+            cluster_m,
+        );
+        let Some(registration) = registration else { return Ok(None) };
+        motion = registration.motion;
+        error = spread(frame, &pairs, &motion, catalog, &common, usual);
+        found = Some((registration, error, pairs));
+    }
+    Ok(found)
+}
+
+/// The common error that the pairs show after registration.
+fn spread(
+    frame: &Frame,
+    pairs: &[Pair],
+    motion: &Motion,
+    catalog: &Catalog,
+    common: &Matrix<6>,
+    usual: &CommonError,
+) -> CommonError {
+    let one = |p: &Pair| {
+        let delta =
+            difference(&frame.earlier[p.earlier], &frame.later[p.later].moved(motion), catalog);
+        let d2 = cholesky(&sum(&delta.covariance, common))
+            .map_or(f64::INFINITY, |l| distance2(&l, &delta.d));
+        (delta, d2)
+    };
+    let differences: Vec<_> = pairs.iter().map(one).collect();
+    CommonError::estimated(&differences, *usual)
+}
+
+fn within_limits(r: &Registration, limits: &RegistrationConfig) -> Result<(), MonitorError> {
+    let shift = r.motion.shift().length();
+    let turn = DVec3::from_array(r.motion.turn_rad).length();
+    let checks = [
+        ("shifted by", shift, "m", limits.most_shift_m, "most_shift_m"),
+        ("turned by", turn, "rad", limits.most_turn_rad, "most_turn_rad"),
+        ("scaled by", r.motion.scale.abs(), "of its size", limits.most_scale, "most_scale"),
+    ];
+    for (what, value, unit, limit, key) in checks {
+        if value > limit {
+            return Err(MonitorError::TooFarOff { what, value, unit, limit, key });
+        }
+    }
+    Ok(())
+}
+
+fn detect(
+    frame: &Frame,
+    registered: Registered,
+    earlier: &Epoch,
+    later: &Epoch,
+    catalog: &Catalog,
+    config: &CompareConfig,
+    observer: &dyn Observer,
+) -> Result<Comparison, MonitorError> {
+    let Registered { reference, pairs, common_error, .. } = &registered;
+    let motion = &reference.motion;
+    let moved: Vec<Body> = frame.later.iter().map(|b| b.moved(motion)).collect();
+    let tested =
+        tested(frame, &moved, registered.pairs.as_slice(), reference, common_error, catalog);
+    let p: Vec<f64> = tested.iter().map(|t| t.p).collect();
+    let limit = discovery_limit(&p, config.detection.false_discovery);
+
+    let later_points: Vec<Vec3> =
+        frame.points.par_iter().map(|p| motion.apply(p.as_dvec3()).as_vec3()).collect();
+    let views = views(frame, motion, earlier.survey, later.survey, &later_points, catalog);
+    let fine = samples(catalog, config.breakage.samples);
+    let one = |t: &Tested| {
+        let (a, b) = (&frame.earlier[t.pair.earlier], &moved[t.pair.later]);
+        let mut change = judge(t, a, b, catalog, limit, &config.detection);
+        let (seen_a, seen_b) = (&earlier.blocks[a.index], &later.blocks[b.index]);
+        change.earlier_id = Some(seen_a.id);
+        change.later_id = Some(seen_b.id);
+        change.occlusion_earlier = Some(seen_a.occlusion.into());
+        change.occlusion_later = Some(seen_b.occlusion.into());
+        if change.class != Class::Doubtful {
+            let gone = gone_m2(a, b, catalog, &fine, [&views[0], &views[1]], &config.breakage);
+            // What the earlier survey lacks and the later one shows is no break, so only one direction counts.
+            if gone > 0.0 {
+                change.say(&format!(
+                    "{gone:.2} m² of its surface is gone; was {}",
+                    change.class.word()
+                ));
+                change.class = Class::PossiblyBroken;
+                change.gone_m2 = gone;
+            }
+        }
+        change
+    };
+    let mut changes: Vec<Change> = tested.par_iter().map(one).collect();
+    stop(observer)?;
+
+    let coarse = samples(catalog, config.single.samples);
+    let alone = |bodies: &'_ [Body], used: Vec<usize>| -> Vec<Body> {
+        let mut taken = vec![false; bodies.len()];
+        used.into_iter().for_each(|i| taken[i] = true);
+        bodies.iter().zip(taken).filter(|(_, t)| !t).map(|(b, _)| b.clone()).collect()
+    };
+    let lost = alone(&frame.earlier, pairs.iter().map(|p| p.earlier).collect());
+    let come = alone(&moved, pairs.iter().map(|p| p.later).collect());
+    let single = |bodies: &[Body], epoch: &Epoch, only, own, other| {
+        let bodies: Vec<&Body> = bodies.iter().collect();
+        judge_all(&bodies, &epoch.blocks, only, catalog, &coarse, own, other, &config.single)
+    };
+    changes.extend(single(&lost, earlier, Only::Earlier, &views[0], &views[1]));
+    changes.extend(single(&come, later, Only::Later, &views[1], &views[0]));
+    Ok(Comparison {
+        changes,
+        reference: registered.reference,
+        on_blocks: registered.on_blocks,
+        on_ground: registered.on_ground,
+        common_movement: registered.common_movement,
+        common_error: registered.common_error,
+        later_points,
+    })
+}
+
+fn tested(
+    frame: &Frame,
+    moved: &[Body],
+    pairs: &[Pair],
+    reference: &Registration,
+    error: &CommonError,
+    catalog: &Catalog,
+) -> Vec<Tested> {
+    let common = error.covariance();
+    let one = |p: &Pair| {
+        let (a, b) = (&frame.earlier[p.earlier], &moved[p.later]);
+        let of_motion = covariance_at(frame.pivot, b.centre, &reference.covariance);
+        Tested::of(*p, difference(a, b, catalog), &sum(&common, &of_motion))
+    };
+    pairs.iter().map(one).collect()
+}
+
+fn views(
+    frame: &Frame,
+    motion: &Motion,
+    earlier: &Survey,
+    later: &Survey,
+    later_points: &[Vec3],
+    catalog: &Catalog,
+) -> [View; 2] {
+    let view = |points: &[Vec3], sensors: Vec<Vec3>, survey: &Survey| {
+        let noise = survey.sensor.noise_sd_m(catalog.d_max_m());
+        View::new(points, sensors, survey.sensor, noise, frame.size_m as f32)
+    };
+    let sensors = frame.sensors.iter().map(|s| motion.apply(s.as_dvec3()).as_vec3()).collect();
+    [
+        view(&earlier.cloud.position_m, earlier.sensor_positions.clone(), earlier),
+        view(later_points, sensors, later),
+    ]
+}
+
+/// Earlier blocks keep their numbers; those seen later only get numbers after the last.
+fn number(changes: &mut [Change]) {
+    changes.sort_by_key(|c| (c.earlier_id.is_none(), c.earlier_id, c.later_id));
+    let mut next = changes.iter().filter_map(|c| c.earlier_id).max().unwrap_or(0);
+    for change in changes {
+        change.block_id = change.earlier_id.unwrap_or_else(|| {
+            next += 1;
+            next
+        });
+    }
+}

@@ -1,0 +1,161 @@
+//! What an epoch's cloud says about a place on a surface: seen, seen through, covered, or nothing.
+//!
+//! A ray test without rays: along the line from the place to a sensor, points before the place cover it; points behind it,
+//! with none before, were measured through it.
+
+use geom::{PointGrid, Vec3};
+use scene::SensorKind;
+
+/// The answer for one place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Look {
+    /// Points lie on it.
+    Seen,
+    /// Points lie behind it and none before: nothing solid is there.
+    Through,
+    /// Points lie before it.
+    Covered,
+    /// The sensor tells nothing of it.
+    Nothing,
+}
+
+/// The cloud of one epoch, ready to be asked.
+pub(crate) struct View {
+    /// `None`: every place is known.
+    grid: Option<PointGrid>,
+    sensors: Vec<Vec3>,
+    kind: SensorKind,
+    /// Points this near lie on the surface.
+    pub near_m: f32,
+    tube_m: f32,
+    reach_m: f32,
+}
+
+/// Sensors asked about one place.
+const SENSORS: usize = 3;
+/// A sensor sees a face under at least this cosine.
+const LEAST_COS: f32 = 0.15;
+
+impl View {
+    /// A cloud (frame of the comparison) measured with this noise, for blocks of this size.
+    pub fn new(
+        points: &[Vec3],
+        sensors: Vec<Vec3>,
+        kind: SensorKind,
+        noise_sd_m: f32,
+        size_m: f32,
+    ) -> Self {
+        let spacing_m = spacing_m(points, 0.25 * size_m);
+        let near_m = (2.5 * noise_sd_m + 0.02 * size_m).max(1.2 * spacing_m);
+        let tube_m = (1.2 * spacing_m).clamp(0.02 * size_m, 0.15 * size_m);
+        let grid = PointGrid::new(points, near_m.max(tube_m));
+        Self { grid: Some(grid), sensors, kind, near_m, tube_m, reach_m: 1.3 * size_m }
+    }
+
+    /// The view of one who knows all of the surface: a plan's.
+    pub fn everything() -> Self {
+        let kind = SensorKind::default();
+        Self { grid: None, sensors: Vec::new(), kind, near_m: 0.0, tube_m: 0.0, reach_m: 0.0 }
+    }
+
+    /// Whether points lie within `near_m`.
+    pub fn has_point(&self, p: Vec3) -> bool {
+        self.any_within(p, self.near_m)
+    }
+
+    fn any_within(&self, p: Vec3, radius_m: f32) -> bool {
+        self.grid.as_ref().is_none_or(|g| g.nearest_within(p, radius_m).is_some())
+    }
+
+    /// What is known of a place with this outward normal.
+    pub fn look(&self, p: Vec3, normal: Vec3) -> Look {
+        if self.has_point(p) {
+            return Look::Seen;
+        }
+        let clear_m = self.near_m + self.tube_m;
+        let (mut covered, mut through) = (false, false);
+        for to_sensor in self.directions(p, normal) {
+            if self.meets(p, to_sensor, clear_m) {
+                covered = true;
+            } else if self.meets(p, -to_sensor, clear_m) {
+                through = true;
+            }
+        }
+        match (through, covered) {
+            (true, _) => Look::Through,
+            (false, true) => Look::Covered,
+            (false, false) => Look::Nothing,
+        }
+    }
+
+    /// Whether any point lies in the tube from `from_m` on.
+    fn meets(&self, p: Vec3, direction: Vec3, from_m: f32) -> bool {
+        let mut at = from_m;
+        while at < self.reach_m {
+            if self.any_within(p + direction * at, self.tube_m) {
+                return true;
+            }
+            at += 1.3 * self.tube_m;
+        }
+        false
+    }
+
+    /// Directions to the sensors that should see the place: for a moving sounder those it passed closest, else those that
+    /// look at it most squarely; straight up when nothing is known.
+    fn directions(&self, p: Vec3, normal: Vec3) -> Vec<Vec3> {
+        if self.sensors.is_empty() {
+            return if normal.z > LEAST_COS { vec![Vec3::Z] } else { Vec::new() };
+        }
+        let rank = |s: &Vec3| {
+            let to = (*s - p).normalize_or_zero();
+            let cos = to.dot(normal);
+            let value = match self.kind {
+                SensorKind::Mbes => -(*s - p).length(),
+                SensorKind::Uav | SensorKind::DepthCamera => cos,
+            };
+            (cos > LEAST_COS).then_some((value, to))
+        };
+        let mut ranked: Vec<(f32, Vec3)> = self.sensors.iter().filter_map(rank).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        ranked.into_iter().take(SENSORS).map(|r| r.1).collect()
+    }
+}
+
+/// Mean distance of neighbouring points where there are any: one over the root of the points a square metre of occupied plan.
+pub(crate) fn spacing_m(points: &[Vec3], cell_m: f32) -> f32 {
+    let cell = |p: &Vec3| [p.x, p.y].map(|v| (v / cell_m).floor() as i32);
+    let mut cells: Vec<[i32; 2]> = points.iter().map(cell).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    if points.is_empty() {
+        return 0.0;
+    }
+    (cells.len() as f32 * cell_m * cell_m / points.len() as f32).sqrt()
+}
+
+/// Shares of what an epoch says of a set of places.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Shares {
+    pub seen: f64,
+    pub through: f64,
+    pub covered: f64,
+    pub nothing: f64,
+    /// Places asked.
+    pub count: usize,
+}
+
+impl Shares {
+    /// Of these answers.
+    pub fn of(looks: &[Look]) -> Self {
+        let count = looks.len();
+        let share =
+            |kind: Look| looks.iter().filter(|l| **l == kind).count() as f64 / count.max(1) as f64;
+        Self {
+            seen: share(Look::Seen),
+            through: share(Look::Through),
+            covered: share(Look::Covered),
+            nothing: share(Look::Nothing),
+            count,
+        }
+    }
+}
