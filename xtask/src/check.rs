@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// The version of cargo-deny that `deny.toml` is written for.
 const DENY: &str = "0.20.2";
 /// cargo-deny is built from its sources: some six minutes of two cores, more beside other work.
-const INSTALLING_DENY: Duration = Duration::from_secs(20 * 60);
+const INSTALLING_DENY: Duration = Duration::from_secs(15 * 60);
 /// The readers that are not ours are Python packages of some 100 MB.
 const INSTALLING_READERS: Duration = Duration::from_secs(400);
 

@@ -2,6 +2,7 @@
 
 use crate::check::built;
 use crate::process::{cargo, command, done};
+use crate::root;
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 
@@ -55,19 +56,10 @@ pub fn fit(args: &[&str]) -> Result<()> {
 
 /// Fits the curve of shipped weights; `OUT/model.safetensors` is the file with the new curve.
 fn votes(weights: &str, out: &Path) -> Result<()> {
-    done(cargo(&[
-        "build",
-        "--release",
-        "--locked",
-        "-p",
-        "reproduce",
-        "--example",
-        "fit_confidence",
-    ]))?;
-    let program = built().join("release/examples/fit_confidence").display().to_string();
-    let model = crate::root().join(format!("crates/segment/weights/{weights}.safetensors"));
-    let made = out.join("model.safetensors");
-    done(command(&program, [model, made]))
+    let model = root().join(format!("crates/segment/weights/{weights}.safetensors"));
+    let [model, made] = [model, out.join("model.safetensors")].map(|p| p.display().to_string());
+    let program = ["run", "--release", "--locked", "-p", "reproduce", "--example", "fit_votes"];
+    done(cargo(&[&program[..], &["--", &model, &made]].concat()))
 }
 
 /// Collects the features of many accepted blocks and fits their weights to them, which are printed.

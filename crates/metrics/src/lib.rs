@@ -8,6 +8,7 @@ pub mod labelled_clouds;
 pub mod occlusion;
 pub mod packing;
 pub mod poses;
+pub mod repeatability;
 pub mod surface_distance;
 
 mod error;
@@ -22,4 +23,5 @@ pub use labelled_clouds::{
 pub use occlusion::occlusion_rate;
 pub use packing::{expected_blocks, packing_density_per_m2, porosity};
 pub use poses::{PoseCriteria, PoseScore, TrueBlock, score_poses};
+pub use repeatability::{Repeatability, Split, StatedBlock, repeatability};
 pub use surface_distance::{SurfaceMoments, surface_distance_m};

@@ -7,7 +7,7 @@
 use crate::dense::along;
 use crate::motion::covariance_at;
 use crate::registration::Registration;
-use geom::{PointGrid, Vec3, normals, point_grid};
+use geom::{PointGrid, Vec3, normals, thin_from_lowest};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +70,7 @@ pub fn surface_changes(
     registration: &Registration,
     config: &SurfaceConfig,
 ) -> Vec<SurfaceChange> {
-    let kept = point_grid::thin(earlier, config.core_blocks * size_m).kept;
+    let kept = thin_from_lowest(earlier, config.core_blocks * size_m).kept;
     let cores: Vec<Vec3> = kept.iter().map(|&i| earlier[i as usize]).collect();
     let normal = core_normals(earlier, &cores, config.normal_blocks * size_m);
     at_cores([earlier, later], &cores, &normal, size_m, registration, config)
@@ -79,7 +79,7 @@ pub fn surface_changes(
 /// Normals of some places from all points around them.
 fn core_normals(points: &[Vec3], cores: &[Vec3], radius_m: f32) -> Vec<Vec3> {
     // One point a fifth of the radius is plenty for a plane.
-    let kept = point_grid::thin(points, 0.2 * radius_m).kept;
+    let kept = thin_from_lowest(points, 0.2 * radius_m).kept;
     let mut cloud: Vec<Vec3> = cores.to_vec();
     cloud.extend(kept.iter().map(|&i| points[i as usize]));
     let mut all = normals(&cloud, radius_m, &|_| Vec3::Z);

@@ -17,8 +17,11 @@ const MARGIN: f32 = 1.0;
 pub(crate) fn bed(bed: &Bed, resolved: &Resolved, seed: SeedTree) -> Ground {
     let (sin, cos) = bed.falls_towards_deg.to_radians().sin_cos();
     let fall = if bed.slope_m > 0.0 { 1.0 / bed.slope_m } else { 0.0 };
-    let plane = |x: f32, y: f32| -fall * (x * cos + y * sin);
-    if bed.stone_blocks == 0.0 {
+    let plane = |x: f32, y: f32| match bed.toe_blocks {
+        Some(_) => bed.plane_m(x, y, resolved.largest_m),
+        None => -fall * (x * cos + y * sin),
+    };
+    if bed.stone_blocks == 0.0 && !(bed.toe_blocks.is_some() && fall > 0.0) {
         if fall == 0.0 {
             return Ground::Level { z_m: 0.0 };
         }
@@ -28,7 +31,9 @@ pub(crate) fn bed(bed: &Bed, resolved: &Resolved, seed: SeedTree) -> Ground {
         };
     }
     let stone_m = bed.stone_blocks * resolved.largest_m;
-    let cell_m = stone_m / NODES_PER_STONE;
+    // A smooth slope with a toe needs nodes too.
+    let smooth = stone_m == 0.0;
+    let cell_m = if smooth { 0.1 * resolved.largest_m } else { stone_m / NODES_PER_STONE };
     let margin = MARGIN * resolved.largest_m;
     let half = resolved.size_m.map(|s| s / 2.0 + margin);
     let [nx, ny] = half.map(|h| (2.0 * h / cell_m).ceil() as usize + 1);
@@ -39,6 +44,9 @@ pub(crate) fn bed(bed: &Bed, resolved: &Resolved, seed: SeedTree) -> Ground {
                 - 0.5 * stone_m
         })
         .collect();
+    if smooth {
+        return Ground::Grid { origin, cell_m, nx, z_m };
+    }
     let mut rng = seed.rng();
     let lattice = SPACING * stone_m;
     let [mx, my] = half.map(|h| (2.0 * h / lattice).ceil() as usize + 1);

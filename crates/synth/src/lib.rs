@@ -3,9 +3,11 @@
 //!
 //! [`scene`] makes one scene without touching a disk: training streams from it, `tsumu synth` writes it to files.
 
+mod around;
 mod bed;
 mod bin;
 mod camera;
+mod delivery;
 mod error;
 mod pile;
 mod preview;
@@ -18,7 +20,9 @@ mod targets;
 pub mod then;
 
 pub use crate::scene::{SynthScene, scene};
+pub use around::Around;
 pub use bin::Bin;
+pub use delivery::{Delivery, Rule};
 pub use error::SynthError;
 pub use preview::preview_png;
 pub use recipe::{Bed, Drop, Recipe, Share, Site, Visibility};

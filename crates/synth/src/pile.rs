@@ -24,6 +24,9 @@ pub(crate) fn drop_pile(
     ground: &Ground,
     seed: SeedTree,
 ) -> Result<Result<Pile, String>, SynthError> {
+    if let Some(joint_m) = recipe.drop.rows_joint_m {
+        return Ok(rows(recipe, resolved, catalog, ground, joint_m, seed));
+    }
     let shapes = catalog.iter().map(|(_, m)| BlockShape::new(m)).collect::<Result<Vec<_>, _>>()?;
     let physics = recipe.physics.for_block_size(resolved.largest_m);
     let half = Vec3::new(resolved.size_m[0] / 2.0, resolved.size_m[1] / 2.0, resolved.largest_m);
@@ -61,6 +64,46 @@ pub(crate) fn drop_pile(
         return Ok(Err(format!("it still moved after {:.1} s", settled.time_s)));
     }
     Ok(check(&world, &dropped, recipe, resolved, catalog, ground))
+}
+
+/// Blocks side by side as a crane sets them: in rows from the middle outwards, every joint, height and turn a little off.
+fn rows(
+    recipe: &Recipe,
+    resolved: &Resolved,
+    catalog: &Catalog,
+    ground: &Ground,
+    joint_m: f32,
+    seed: SeedTree,
+) -> Result<Pile, String> {
+    let mut rng = seed.rng();
+    let [fewest, most] = recipe.count;
+    let count = rng.random_range(fewest..=most);
+    let columns = (count as f32).sqrt().ceil() as u32;
+    let widest = resolved.mix.iter().map(|(id, _)| catalog.get(*id).mesh.bounds().size());
+    let pitch = widest.fold(Vec3::ZERO, Vec3::max) + Vec3::splat(joint_m);
+    let mut blocks = Vec::new();
+    for k in 0..count {
+        let model = draw(&resolved.mix, &mut rng);
+        let mut off = |sd: f32| -> f32 { sd * rng.sample::<f32, _>(StandardNormal) };
+        // A quarter of a degree and a few millimetres, never more than the joint allows.
+        let slack = (0.15 * joint_m).min(0.01 * resolved.largest_m);
+        let turn = Quat::from_scaled_axis(Vec3::new(off(0.002), off(0.002), off(0.004)));
+        let place = |i: u32, n: u32, pitch: f32| (i as f32 + 0.5 - n as f32 / 2.0) * pitch;
+        let x = place(k % columns, columns, pitch.x) + off(slack).clamp(-slack, slack);
+        let y =
+            place(k / columns, count.div_ceil(columns), pitch.y) + off(slack).clamp(-slack, slack);
+        if x.abs() > resolved.size_m[0] / 2.0 || y.abs() > resolved.size_m[1] / 2.0 {
+            return Err(format!("{count} blocks in rows do not fit into the site"));
+        }
+        let foot = ground.height_m(x, y) - catalog.get(model).mesh.bounds().min.z;
+        let place = Vec3::new(x, y, foot + off(0.002 * resolved.largest_m));
+        blocks.push(PlacedBlock {
+            block: InstanceId(k + 1),
+            model,
+            site_from_block: Pose::from_parts(place, turn),
+        });
+    }
+    Ok(Pile { blocks })
 }
 
 fn check(

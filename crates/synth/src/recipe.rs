@@ -4,7 +4,9 @@
 //! parameters and their sources stand with the sensor.
 
 use crate::SynthError;
+use crate::around::Around;
 use crate::bin::Bin;
+use crate::delivery::Delivery;
 use crate::sensor::Sensor;
 use scene::{Catalog, CatalogSpec, ModelId};
 use serde::{Deserialize, Serialize};
@@ -36,6 +38,9 @@ pub struct Recipe {
     /// The bin around them, where it is measured.
     #[serde(default)]
     pub bin: Bin,
+    /// What stands around them.
+    #[serde(default)]
+    pub around: Around,
     /// How they fall.
     #[serde(default)]
     pub drop: Drop,
@@ -47,6 +52,9 @@ pub struct Recipe {
     pub physics: PhysicsConfig,
     /// Sensor that measures the pile.
     pub sensor: Sensor,
+    /// What becomes of its points before they are handed over.
+    #[serde(default)]
+    pub delivery: Delivery,
     /// Piles dropped before giving up.
     #[serde(default = "twenty")]
     pub most_attempts: u32,
@@ -107,15 +115,36 @@ pub struct Bed {
     pub stone_blocks: f32,
     /// Slope, 1 vertical to `slope_m` horizontal; 0: level.
     pub slope_m: f32,
+    /// Where the slope ends: so many block lengths below the middle of the site the bed goes on level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub toe_blocks: Option<f32>,
     /// Direction in which the bed falls, degrees from +x towards +y.
     pub falls_towards_deg: f32,
     /// Whether the sensor measures the bed.
     pub measured: bool,
 }
 
+impl Bed {
+    /// Height of the bed without its stones, metres.
+    pub(crate) fn plane_m(&self, x: f32, y: f32, largest_m: f32) -> f32 {
+        if self.slope_m == 0.0 {
+            return 0.0;
+        }
+        let (sin, cos) = self.falls_towards_deg.to_radians().sin_cos();
+        let run = x * cos + y * sin;
+        -self.toe_blocks.map_or(run, |toe| run.min(toe * largest_m)) / self.slope_m
+    }
+}
+
 impl Default for Bed {
     fn default() -> Self {
-        Self { stone_blocks: 0.25, slope_m: 0.0, falls_towards_deg: 90.0, measured: true }
+        Self {
+            stone_blocks: 0.25,
+            slope_m: 0.0,
+            toe_blocks: None,
+            falls_towards_deg: 90.0,
+            measured: true,
+        }
     }
 }
 
@@ -127,13 +156,16 @@ pub struct Drop {
     pub spacing: f32,
     /// Time until the next layer falls, seconds (× √unit for small parts); 0: all layers at once, one above the other.
     pub layer_interval_s: f32,
+    /// Blocks are set in rows with this joint instead of dropped, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows_joint_m: Option<f32>,
     /// Deepest overlap of two blocks at rest, in lengths of the smallest block.
     pub deepest_overlap: f32,
 }
 
 impl Default for Drop {
     fn default() -> Self {
-        Self { spacing: 1.02, layer_interval_s: 0.7, deepest_overlap: 0.01 }
+        Self { spacing: 1.02, layer_interval_s: 0.7, rows_joint_m: None, deepest_overlap: 0.01 }
     }
 }
 
@@ -258,10 +290,21 @@ impl Recipe {
         if self.visibility == Visibility::Katz
             && !matches!(self.sensor, Sensor::Gaussian(_) | Sensor::Uav(_))
         {
-            let sensor =
-                if matches!(self.sensor, Sensor::Mbes(_)) { "mbes" } else { "depth-camera" };
+            let sensor = match self.sensor {
+                Sensor::Mbes(_) => "mbes",
+                Sensor::Scanner(_) => "scanner",
+                _ => "depth-camera",
+            };
             return Err(SynthError::NothingToRemove { sensor });
         }
+        if let Some(joint) = self.drop.rows_joint_m {
+            within("drop.rows_joint_m", joint, 0.0, 10.0, "0 to 10 m")?;
+        }
+        if let Some(toe) = self.bed.toe_blocks {
+            within("bed.toe_blocks", toe, -1000.0, 1000.0, "-1000 to 1000 block lengths")?;
+        }
+        self.around.check()?;
+        self.delivery.check()?;
         self.bin.check()?;
         self.physics.check()?;
         self.sensor.check()

@@ -74,15 +74,18 @@ pub(crate) fn measure(
     seed: SeedTree,
 ) -> Result<SynthScene, SynthError> {
     let with_bed = recipe.bed.measured && !matches!(recipe.site, Site::Bin { .. });
-    let around = if recipe.bin.measured {
+    let mut around = if recipe.bin.measured {
         recipe.bin.mesh(resolved)
     } else if with_bed {
         bed_mesh(&scene.ground, resolved.size_m)
     } else {
         TriMesh::default()
     };
+    let top_m = top_m(&scene, catalog);
+    recipe.around.add(&mut around, &scene.ground, &recipe.bed, resolved, top_m);
     let targets = Targets::new(&scene, catalog, around);
-    let scan = recipe.sensor.scan(&targets, resolved, recipe.visibility, seed)?;
+    let mut scan = recipe.sensor.scan(&targets, resolved, recipe.visibility, seed)?;
+    recipe.delivery.of(&mut scan, resolved, seed.child("delivery", 0));
     let Scan { points, line, occlusion, positions } = in_scan_order(scan, resolved);
     let (position_m, instance) = points.into_iter().unzip();
     let survey = Survey {
@@ -94,6 +97,16 @@ pub(crate) fn measure(
         walls: Vec::new(),
     };
     Ok(SynthScene { scene, survey, instance, occlusion, redraws })
+}
+
+/// Highest point any block can reach, metres; 0 without blocks.
+fn top_m(scene: &Scene, catalog: &Catalog) -> f32 {
+    let top = |b: &scene::PlacedBlock| {
+        let model = catalog.get(b.model);
+        let corner = |v: &Vec3| b.site_from_block.transform_point(*v).z;
+        model.mesh.vertices.iter().map(corner).fold(f32::NEG_INFINITY, f32::max)
+    };
+    scene.blocks.iter().map(top).fold(0.0, f32::max)
 }
 
 /// Points in strips, as surveys come, so that neither the order tells the block nor neighbours lie far apart in memory.

@@ -5,12 +5,14 @@
 mod depth_camera;
 mod gaussian;
 mod mbes;
+mod scanner;
 mod uav;
 mod views;
 
 pub use depth_camera::DepthCamera;
 pub use gaussian::Gaussian;
 pub use mbes::Mbes;
+pub use scanner::{Scanner, Stand};
 pub use uav::Uav;
 pub use views::{Ring, Waterline};
 
@@ -33,6 +35,8 @@ pub enum Sensor {
     Mbes(Mbes),
     /// Depth camera above a bin.
     DepthCamera(DepthCamera),
+    /// Laser scanner beside the pile.
+    Scanner(Scanner),
 }
 
 /// What a sensor measured.
@@ -56,6 +60,7 @@ impl Sensor {
             Self::Uav(s) => s.check(),
             Self::Mbes(s) => s.check(),
             Self::DepthCamera(s) => s.check(),
+            Self::Scanner(s) => s.check(),
         }
     }
 
@@ -63,7 +68,7 @@ impl Sensor {
     pub fn kind(&self) -> SensorKind {
         match self {
             Self::Gaussian(s) => s.measured_as,
-            Self::Uav(_) => SensorKind::Uav,
+            Self::Uav(_) | Self::Scanner(_) => SensorKind::Uav,
             Self::Mbes(_) => SensorKind::Mbes,
             Self::DepthCamera(_) => SensorKind::DepthCamera,
         }
@@ -81,6 +86,7 @@ impl Sensor {
             Self::Uav(s) => s.scan(targets, resolved, visibility, seed),
             Self::Mbes(s) => s.scan(targets, resolved, seed),
             Self::DepthCamera(s) => s.scan(targets, resolved, seed),
+            Self::Scanner(s) => s.scan(targets, resolved, seed),
         }
     }
 }
