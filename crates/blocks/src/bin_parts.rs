@@ -148,7 +148,7 @@ fn ingredients(size_m: f32, parts: Vec<Corners>, rotations: Vec<Quat>) -> Ingred
 mod tests {
     use super::*;
     use crate::symmetry::{SymmetryConfig, find_symmetry};
-    use geom::convex::union_volume_m3;
+    use geom::union_volume_m3;
 
     const PARTS: [(&str, fn(f32) -> Ingredients); 5] = [
         ("eye bolt", eye_bolt),

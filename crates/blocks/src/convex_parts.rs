@@ -7,7 +7,7 @@
 //! ([`scene::BlockModel::parts_volume_ratio`]).
 
 use crate::plane_split::plane_split;
-use geom::{ConvexSolid, TriMesh, Vec3, convex::union_volume_m3};
+use geom::{ConvexSolid, TriMesh, Vec3, union_volume_m3};
 use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
 use parry3d::transformation::voxelization::FillMode;
 use scene::ConvexPart;

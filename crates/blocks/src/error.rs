@@ -42,6 +42,17 @@ pub enum BlockError {
         /// Why.
         source: geom::MeshError,
     },
+    /// Surfaces that lie in each other, or are turned inside out.
+    #[error(
+        "block `{name}`: the mesh's surfaces lie in each other or are turned inside out (triangle {}: the solid is counted {} times behind it and {} times before it, which must be 1 and 0); unite the bodies in your CAD program",
+        sides.triangle + 1, sides.behind, sides.before
+    )]
+    Shells {
+        /// Block name.
+        name: String,
+        /// Where.
+        sides: geom::Sides,
+    },
     /// The file could not be read.
     #[error("block `{name}`: {message}")]
     Read {

@@ -52,6 +52,9 @@ pub fn mesh_model(
 ) -> Result<BlockModel, BlockError> {
     let wrong = |source| BlockError::Mesh { name: name.into(), source };
     let mesh = closed(mesh).map_err(wrong)?;
+    if let Some(sides) = geom::shells_in_each_other(&mesh) {
+        return Err(BlockError::Shells { name: name.into(), sides });
+    }
     let (parts, ratio) = convex_parts(&mesh, &ConvexConfig::default());
     let symmetry = find_symmetry(&mesh, &SymmetryConfig::default()).map_err(wrong)?;
     assemble(name, mesh, parts, ratio, symmetry, density_kg_m3)
@@ -67,7 +70,7 @@ fn closed(mesh: &TriMesh) -> Result<TriMesh, MeshError> {
     }
     let mut first_error = None;
     for share in [1e-6, 1e-5, 1e-4] {
-        let solid = mesh.welded(size * share);
+        let solid = mesh.welded(size * share).without_doubles();
         match solid.check_solid() {
             Ok(()) if solid.moments().volume_m3 < 0.0 => return Ok(solid.flipped()),
             Ok(()) => return Ok(solid),

@@ -3,7 +3,7 @@
 use blocks::convex_parts::{ConvexConfig, convex_parts};
 use blocks::symmetry::{SymmetryConfig, find_symmetry};
 use blocks::{BlockError, catalog, mesh_model, random_union, shape_model, warnings};
-use geom::convex::union_volume_m3;
+use geom::union_volume_m3;
 use geom::{ConvexSolid, MeshError, Quat, SeedTree, TriMesh, Vec3};
 use scene::{BlockModel, BlockSpec, Catalog, CatalogSpec, LengthUnit, Shape};
 use std::path::Path;

@@ -5,6 +5,7 @@
 //! distance found is no larger than the distance to the unseen space. Much faster than a tree when *every* point
 //! asks (graph networks, normals); for single queries use a kd-tree.
 
+use crate::cells::Cells;
 use crate::{Bounds, Vec3};
 use rayon::prelude::*;
 
@@ -71,7 +72,7 @@ impl Grid {
         let mut cell_m = first_guess_m(&bounds, points.len(), k);
         let mut keyed = sorted_keys(points, bounds.min, cell_m);
         // Scans are surfaces of unknown folding: measure how full the cells are, then correct once.
-        let occupied = 1 + keyed.windows(2).filter(|w| w[0].0 != w[1].0).count();
+        let occupied = keyed.members().count();
         let mean = points.len() as f32 / occupied as f32;
         let wanted = (k as f32 / 5.0).max(2.0);
         if !(0.5..2.0).contains(&(mean / wanted)) {
@@ -84,13 +85,13 @@ impl Grid {
             cell_m,
             cells: Vec::new(),
             start: Vec::new(),
-            order: keyed.iter().map(|&(_, i)| i).collect(),
-            x: keyed.iter().map(|&(_, i)| points[i as usize].x).collect(),
-            y: keyed.iter().map(|&(_, i)| points[i as usize].y).collect(),
-            z: keyed.iter().map(|&(_, i)| points[i as usize].z).collect(),
+            x: keyed.index.iter().map(|&i| points[i as usize].x).collect(),
+            y: keyed.index.iter().map(|&i| points[i as usize].y).collect(),
+            z: keyed.index.iter().map(|&i| points[i as usize].z).collect(),
+            order: keyed.index,
         };
         let mut last = None;
-        for (at, &(key, _)) in keyed.iter().enumerate() {
+        for (at, &key) in keyed.key.iter().enumerate() {
             if last != Some(key) {
                 grid.cells.push(unpack(key));
                 grid.start.push(at);
@@ -226,18 +227,12 @@ fn first_guess_m(bounds: &Bounds, count: usize, k: usize) -> f32 {
     if edge.is_finite() { edge.max(smallest) } else { 1.0 }
 }
 
-fn sorted_keys(points: &[Vec3], origin: Vec3, cell_m: f32) -> Vec<(u64, u32)> {
+fn sorted_keys(points: &[Vec3], origin: Vec3, cell_m: f32) -> Cells<u64> {
     let cell = |v: f32| ((v / cell_m) as u64).min((1 << 21) - 1);
-    let mut keyed: Vec<(u64, u32)> = points
-        .par_iter()
-        .enumerate()
-        .map(|(i, &p)| {
-            let d = p - origin;
-            ((cell(d.x) << 42) | (cell(d.y) << 21) | cell(d.z), i as u32)
-        })
-        .collect();
-    keyed.par_sort_unstable();
-    keyed
+    Cells::sorted(points, |p| {
+        let d = p - origin;
+        Some((cell(d.x) << 42) | (cell(d.y) << 21) | cell(d.z))
+    })
 }
 
 fn unpack(key: u64) -> [i32; 3] {

@@ -238,6 +238,18 @@ impl TriMesh {
         }
     }
 
+    /// The mesh with every triangle once: a shell that was exported twice is one shell.
+    pub fn without_doubles(&self) -> Self {
+        // Turned so that the least index stands first: the same triangle whichever corner it begins with.
+        let key = |t: &[u32; 3]| {
+            let first = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+            [t[first], t[(first + 1) % 3], t[(first + 2) % 3]]
+        };
+        let mut seen = std::collections::HashSet::with_capacity(self.triangles.len());
+        let triangles = self.triangles.iter().filter(|t| seen.insert(key(t))).copied().collect();
+        Self { vertices: self.vertices.clone(), triangles }
+    }
+
     /// Every triangle turned to face the other way.
     pub fn flipped(&self) -> Self {
         Self {

@@ -156,12 +156,6 @@ pub fn find_walls(points: &[Vec3], thickness_m: f32, seed: SeedTree) -> Vec<Plan
     walls
 }
 
-/// Indices of the points inside all walls by more than `clearance_m`: the contents of the bin, ascending.
-pub fn contents(points: &[Vec3], walls: &[Plane], clearance_m: f32) -> Vec<u32> {
-    let inside = |p: Vec3| walls.iter().all(|w| w.distance_m(p) > clearance_m);
-    (0..points.len() as u32).filter(|&i| inside(points[i as usize])).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -202,7 +196,9 @@ mod tests {
         }));
         let walls = find_walls(&points, 0.005, SeedTree::new(4));
         assert_eq!(walls.len(), 3, "{walls:?}");
-        let kept = contents(&points, &walls, 0.01);
+        let inside = |p: Vec3| walls.iter().all(|w| w.distance_m(p) > 0.01);
+        let kept: Vec<u32> =
+            (0..points.len() as u32).filter(|&i| inside(points[i as usize])).collect();
         assert!(kept.iter().all(|&i| i as usize >= bin) && kept.len() >= 1490, "{}", kept.len());
     }
 

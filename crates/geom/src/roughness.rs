@@ -7,8 +7,7 @@
 //! lower part of the places speaks for a region.
 
 use crate::normals::smallest_direction;
-use crate::point_grid::{PointGrid, thin};
-use crate::{Bounds, Mat3, Vec3};
+use crate::{Bounds, Mat3, PointGrid, Vec3, thin_from_lowest};
 use rayon::prelude::*;
 
 /// Places asked at most.
@@ -61,7 +60,7 @@ pub fn scatter(points: &[Vec3], spacing_m: f32, region_m: f32) -> Scatter {
         return Scatter::default();
     }
     let grid = PointGrid::new(points, 2.0 * spacing_m);
-    let mut places = thin(points, 4.0 * spacing_m).kept;
+    let mut places = thin_from_lowest(points, 4.0 * spacing_m).kept;
     let stride = places.len().div_ceil(MOST_PLACES).max(1);
     places = places.into_iter().step_by(stride).collect();
     let found: Vec<(Vec3, f32)> = places

@@ -1,4 +1,4 @@
-//! Files appear whole or not at all: written aside in the same folder, flushed to disk, then renamed.
+//! Files appear whole or not at all: written under a temporary name in the same folder, flushed to disk, then renamed.
 
 use crate::IoError;
 use std::fs::{self, File};
@@ -6,7 +6,7 @@ use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
 /// How the names of files begin that are work in hand; they are no results.
-pub const ASIDE: &str = ".tsumu-";
+pub const TEMPORARY: &str = ".tsumu-";
 
 const PART: &str = ".part";
 
@@ -26,14 +26,15 @@ pub fn write(
             _ => Path::new("."),
         };
         fs::create_dir_all(folder)?;
-        let aside = tempfile::Builder::new().prefix(ASIDE).suffix(PART).tempfile_in(folder)?;
-        let mut buffer = BufWriter::with_capacity(1 << 16, aside.as_file());
+        let temporary =
+            tempfile::Builder::new().prefix(TEMPORARY).suffix(PART).tempfile_in(folder)?;
+        let mut buffer = BufWriter::with_capacity(1 << 16, temporary.as_file());
         fill(&mut buffer)?;
         buffer.flush()?;
         drop(buffer);
-        aside.as_file().sync_all()?;
-        readable_by_others(aside.as_file())?;
-        aside.persist(path).map_err(|e| e.error)?;
+        temporary.as_file().sync_all()?;
+        readable_by_others(temporary.as_file())?;
+        temporary.persist(path).map_err(|e| e.error)?;
         Ok(())
     };
     attempt().map_err(|e| IoError::write(path, e))
@@ -54,7 +55,7 @@ pub fn clear_aside(folder: &Path) -> Result<(), IoError> {
             let name = item.file_name().to_string_lossy().into_owned();
             if item.file_type().map_err(fail)?.is_dir() {
                 open.push(item.path());
-            } else if name.starts_with(ASIDE) && name.ends_with(PART) {
+            } else if name.starts_with(TEMPORARY) && name.ends_with(PART) {
                 fs::remove_file(item.path()).map_err(|e| IoError::write(&item.path(), e))?;
             }
         }

@@ -1,6 +1,6 @@
 //! What the CAD, GIS and 3D exports draw: recognised and planned blocks, sections and where they are.
 
-use geom::{DVec3, Pose, Vec2};
+use geom::{DVec3, Pose, Vec2, silhouette};
 use scene::{Catalog, Fit, ModelId, Placement, PlacementState, Recognised, SiteFrame};
 
 /// A result as the exporters take it. Coordinates they write are site coordinates: east, north, up.
@@ -88,14 +88,18 @@ impl<'a> Drawing<'a> {
         self.frame.site_from_local(unit.pose * self.catalog.get(unit.model).centre)
     }
 
-    /// Outline seen from above, counter-clockwise, not closed, site coordinates (east, north).
-    pub fn footprint(&self, unit: &Unit) -> Vec<[f64; 2]> {
-        let mesh = &self.catalog.get(unit.model).mesh;
-        let flat = mesh.vertices.iter().map(|&v| (unit.pose * v).truncate()).collect();
+    /// Outline seen from above: the outer ring counter-clockwise, then holes clockwise; not closed, site coordinates
+    /// (east, north).
+    pub fn footprint(&self, unit: &Unit) -> Vec<Vec<[f64; 2]>> {
+        self.footprint_of(unit.model, &unit.pose)
+    }
+
+    pub(crate) fn footprint_of(&self, model: ModelId, pose: &Pose) -> Vec<Vec<[f64; 2]>> {
         let [east, north, _] = self.frame.origin;
-        convex_outline(flat)
-            .into_iter()
-            .map(|p| [east + f64::from(p.x), north + f64::from(p.y)])
+        let site = |p: &Vec2| [east + f64::from(p.x), north + f64::from(p.y)];
+        silhouette(&self.catalog.get(model).mesh, pose)
+            .iter()
+            .map(|ring| ring.iter().map(site).collect())
             .collect()
     }
 
@@ -108,44 +112,4 @@ impl<'a> Drawing<'a> {
 /// The number of `EPSG:n`.
 pub(crate) fn epsg(crs: &str) -> Option<u32> {
     crs.strip_prefix("EPSG:")?.parse().ok()
-}
-
-/// Andrew's monotone chain.
-fn convex_outline(mut points: Vec<Vec2>) -> Vec<Vec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    if points.len() < 3 {
-        return points;
-    }
-    let mut outline: Vec<Vec2> = Vec::new();
-    for pass in 0..2 {
-        let start = outline.len();
-        for i in 0..points.len() {
-            let p = if pass == 0 { points[i] } else { points[points.len() - 1 - i] };
-            while outline.len() >= start + 2 {
-                let [a, b] = [outline[outline.len() - 2], outline[outline.len() - 1]];
-                if (b - a).perp_dot(p - b) > 0.0 {
-                    break;
-                }
-                outline.pop();
-            }
-            outline.push(p);
-        }
-        outline.pop(); // the first point of the other pass
-    }
-    outline
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_outline_of_a_square_with_points_inside() {
-        let mut points: Vec<Vec2> =
-            (0..25).map(|i| Vec2::new((i % 5) as f32, (i / 5) as f32)).collect();
-        points.reverse();
-        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]].map(Vec2::from_array);
-        assert_eq!(convex_outline(points), corners);
-    }
 }

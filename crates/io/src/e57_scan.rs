@@ -1,8 +1,10 @@
 //! E57 (laser scanners): every scan in the file's common frame; where each scanner stood is kept.
 
+use crate::crs;
 use crate::input::Input;
 use crate::raw_cloud::RawCloud;
-use crate::{IoError, Place, las};
+use crate::sensor_place::Station;
+use crate::{IoError, Place};
 use e57::{CartesianCoordinate, E57Reader};
 use geom::DVec3;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,6 +26,23 @@ pub fn stream(
     catch_unwind(AssertUnwindSafe(|| stream_scans(input, sink))).unwrap_or_else(|_| {
         Err(IoError::malformed(path, Place::File, format!("the {file_bytes} bytes are damaged")))
     })
+}
+
+/// A code, or well-known text.
+fn of_metadata(text: &str) -> crs::FileCrs {
+    crs::code(text).map_or_else(|| crs::of_wkt(text), crs::FileCrs::of_code)
+}
+
+/// What the file says of its coordinates.
+pub(crate) fn reference(input: &mut Input) -> Result<crs::FileCrs, IoError> {
+    check_header(input)?;
+    let path = input.path;
+    let damaged = |what: String| IoError::malformed(path, Place::File, format!("E57: {what}"));
+    let read = catch_unwind(AssertUnwindSafe(|| {
+        let reader = E57Reader::new(&mut *input).map_err(|e| e.to_string())?;
+        Ok(reader.coordinate_metadata().map(of_metadata).unwrap_or_default())
+    }));
+    read.unwrap_or_else(|_| Err("the file is damaged".into())).map_err(damaged)
 }
 
 /// The library allocates by these numbers before it looks at the file's size.
@@ -54,7 +73,8 @@ fn stream_scans(
     let mut reader = E57Reader::new(&mut *input).map_err(damaged)?;
     let mut meta = RawCloud::default();
     if let Some(wkt) = reader.coordinate_metadata().filter(|w| !w.trim().is_empty()) {
-        meta.crs = las::epsg_of_wkt(wkt);
+        meta.reference = of_metadata(wkt);
+        meta.crs = meta.reference.epsg();
         meta.crs_wkt = Some(wkt.to_string());
     }
     let scans = reader.pointclouds();
@@ -71,13 +91,12 @@ fn stream_scans(
     }
     let mut done = 0;
     for scan in &scans {
-        if let Some(pose) = &scan.transform {
-            let p = DVec3::new(pose.translation.x, pose.translation.y, pose.translation.z);
-            if p.is_finite() {
-                meta.sensor_positions.push(p);
-            }
-        }
-        let mut batch = RawCloud::default();
+        let pose = scan.transform.as_ref();
+        let place = pose.map(|p| DVec3::new(p.translation.x, p.translation.y, p.translation.z));
+        let turned = pose.is_some_and(|p| (p.rotation.w.abs() - 1.0).abs() > 1e-9);
+        let mut station = Station::new(place.filter(|p| p.is_finite()), turned);
+        let fresh = || RawCloud { record: Some(Vec::new()), ..RawCloud::default() };
+        let mut batch = fresh();
         for point in reader.pointcloud_simple(scan).map_err(damaged)? {
             done += 1;
             match point.map_err(damaged)?.cartesian {
@@ -92,16 +111,21 @@ fn stream_scans(
                         });
                     }
                     batch.position.push(DVec3::new(x, y, z));
+                    station.see(DVec3::new(x, y, z));
+                    if let Some(column) = &mut batch.record {
+                        column.push(u32::try_from(done - 1).unwrap_or(u32::MAX));
+                    }
                 }
                 _ => meta.invalid += 1,
             }
             if batch.len() == BATCH {
-                sink(std::mem::take(&mut batch))?;
+                sink(std::mem::replace(&mut batch, fresh()))?;
             }
         }
         if !batch.is_empty() {
             sink(batch)?;
         }
+        station.finish(&mut meta);
     }
     Ok(meta)
 }

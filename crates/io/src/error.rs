@@ -34,6 +34,17 @@ pub enum IoError {
         /// The file.
         path: PathBuf,
     },
+    /// A cloud of which every point is marked as none.
+    #[error(
+        "{}: every point is left out ({left_out}); name the classes that are surface in `keep`, e.g. `keep = [9]`",
+        path.display()
+    )]
+    AllLeftOut {
+        /// The file.
+        path: PathBuf,
+        /// How many for which reason.
+        left_out: String,
+    },
     /// A coordinate that is not a number.
     #[error("{}{at}: the coordinates ({x}, {y}, {z}) are not all finite numbers; remove such points before", path.display())]
     NotFinite {
@@ -91,6 +102,12 @@ pub enum IoError {
         /// Columns found.
         found: String,
     },
+    /// Several things that are wrong, one a line.
+    #[error("{}", lines(all))]
+    Several {
+        /// Each of them.
+        all: Vec<IoError>,
+    },
     /// A path in a site file that leaves its folder.
     #[error(
         "{}: `{key}` = \"{}\" leaves the site folder; copy the file into the folder and give its name there",
@@ -127,6 +144,10 @@ impl fmt::Display for Place {
     }
 }
 
+fn lines(all: &[IoError]) -> String {
+    all.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
 fn advice(source: &io::Error) -> &'static str {
     match source.kind() {
         io::ErrorKind::NotFound => "; check the spelling of the path",
@@ -141,6 +162,22 @@ fn advice(source: &io::Error) -> &'static str {
 }
 
 impl IoError {
+    /// One error as it is, several as one.
+    pub fn of_several(mut all: Vec<Self>) -> Self {
+        match all.len() {
+            1 => all.remove(0),
+            _ => Self::Several { all },
+        }
+    }
+
+    /// Each thing that is wrong.
+    pub fn each(&self) -> Vec<&Self> {
+        match self {
+            Self::Several { all } => all.iter().flat_map(Self::each).collect(),
+            one => vec![one],
+        }
+    }
+
     /// The system refused to read.
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         Self::Os { path: path.into(), doing: "read", source }

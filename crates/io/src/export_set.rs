@@ -1,10 +1,13 @@
 //! Every export of a run at once, under the names that formats.md states.
 
+use crate::details::Details;
 use crate::drawing::Drawing;
 use crate::landxml::{self, Surface};
 use crate::raster::Raster;
 use crate::tin_thinning::TinThinning;
-use crate::{IoError, dxf, geojson, geopackage, geotiff, glb, ifc};
+use crate::{
+    IoError, atomic, dxf, geojson, geopackage, geotiff, glb, ifc, qgis_project, qgis_style, xlsx,
+};
 use std::path::Path;
 
 /// How far a LandXML surface may stray from its map, metres: the map's own cells are no truer.
@@ -27,16 +30,28 @@ pub struct ExportSet<'a> {
 
 /// Writes all of them into a folder; each file whole or not at all.
 pub fn write(folder: &Path, set: &ExportSet) -> Result<(), IoError> {
+    write_with(folder, set, &Details::default())
+}
+
+/// Writes all of them with alignment, design, unfilled places, quantities and the day of the survey.
+pub fn write_with(folder: &Path, set: &ExportSet, details: &Details) -> Result<(), IoError> {
     let at = |name: &str| folder.join(name);
     let drawing = &set.drawing;
-    geopackage::write(&at("project.gpkg"), drawing, set.seed)?;
+    geopackage::write_with(&at("project.gpkg"), drawing, details, set.seed)?;
+    qgis_project::write(&at("project.qgz"), drawing, set.maps)?;
     geojson::write(&at("blocks.geojson"), drawing)?;
-    dxf::write(&at("blocks.dxf"), drawing)?;
+    dxf::write_with(&at("blocks.dxf"), drawing, details)?;
     glb::write(&at("blocks.glb"), drawing)?;
-    ifc::write(&at("blocks.ifc"), drawing)?;
+    ifc::write_with(&at("blocks.ifc"), drawing, details)?;
+    xlsx::write(&at("quantities.xlsx"), drawing, details)?;
     let mut tins = Vec::new();
     for (name, map) in set.maps {
-        geotiff::write(&at(&format!("{name}.tif")), map, &drawing.frame.crs)?;
+        let band = format!("{name}, metres");
+        geotiff::write_named(&at(&format!("{name}.tif")), map, &drawing.frame.crs, &band)?;
+        let differences = name.starts_with("deficit");
+        let [low, high] = qgis_project::range(map, differences);
+        let style = qgis_style::raster_document(differences, low, high);
+        atomic::write_bytes(&at(&format!("{name}.qml")), style.as_bytes())?;
         if set.surfaces.contains(name) {
             tins.push(surface(name, map));
         }
@@ -50,7 +65,14 @@ pub fn write(folder: &Path, set: &ExportSet) -> Result<(), IoError> {
             _ => Ok(()),
         };
     }
-    landxml::write(&path, drawing.name, &drawing.frame.crs, &tins)
+    landxml::write_with(
+        &path,
+        drawing.name,
+        &drawing.frame.crs,
+        &tins,
+        drawing.sections,
+        details,
+    )
 }
 
 fn surface(name: &str, map: &Raster) -> Surface {

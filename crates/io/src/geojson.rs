@@ -26,14 +26,16 @@ pub fn value(drawing: &Drawing) -> Value {
 }
 
 fn feature(drawing: &Drawing, unit: &Unit) -> Value {
-    let mut ring = drawing.footprint(unit);
-    ring.extend(ring.first().copied());
+    let mut rings = drawing.footprint(unit);
+    rings.iter_mut().for_each(|ring| ring.extend(ring.first().copied()));
     let centre = drawing.centre(unit);
     let mut properties = json!({
         "id": unit.label(),
         "layer": unit.layer(),
         "model": drawing.catalog.get(unit.model).name,
         "x_m": centre.x, "y_m": centre.y, "z_m": centre.z,
+        "mass_kg": drawing.catalog.get(unit.model).mass_kg(),
+        "volume_m3": drawing.catalog.get(unit.model).volume_m3,
     });
     match unit.source {
         Source::Recognised(_, fit) => {
@@ -48,5 +50,5 @@ fn feature(drawing: &Drawing, unit: &Unit) -> Value {
             properties["contacts"] = json!(p.contacts);
         }
     }
-    json!({ "type": "Feature", "properties": properties, "geometry": { "type": "Polygon", "coordinates": [ring] } })
+    json!({ "type": "Feature", "properties": properties, "geometry": { "type": "Polygon", "coordinates": rings } })
 }

@@ -1,13 +1,16 @@
 //! GeoPackage: one file with blocks, placements and the run that made them, for QGIS and everything built on GDAL.
 
-use crate::drawing::{Drawing, Source, Unit};
-use crate::{IoError, atomic, las};
-use rusqlite::{Connection, params};
+use crate::details::Details;
+use crate::drawing::Drawing;
+use crate::vector_layers::{Kind, Layer, layers};
+use crate::{IoError, atomic, qgis_style};
+use rusqlite::types::Value;
+use rusqlite::{Connection, params, params_from_iter};
 use std::io;
 use std::path::Path;
 
-/// The tables the standard asks for, then ours. Dates are fixed: the same result gives the same bytes.
-const SCHEMA: &str = "
+/// The tables the standard asks for. Dates are fixed: the same result gives the same bytes.
+pub(crate) const STANDARD: &str = "
 PRAGMA application_id = 1196444487; -- 'GPKG'
 PRAGMA user_version = 10300;
 CREATE TABLE gpkg_spatial_ref_sys (
@@ -27,12 +30,15 @@ INSERT INTO gpkg_spatial_ref_sys VALUES
   ('WGS 84 geodetic', 4326, 'EPSG', 4326,
    'GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433],AUTHORITY[\"EPSG\",\"4326\"]]',
    NULL);
-CREATE TABLE blocks (
-  fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POLYGON, block_id INTEGER, model TEXT, x_m DOUBLE, y_m DOUBLE,
-  z_m DOUBLE, occlusion DOUBLE, confidence DOUBLE, fitness_m DOUBLE, runner_up TEXT, runner_up_fitness_m DOUBLE, type_judged BOOLEAN);
-CREATE TABLE placements (
-  fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom POLYGON, placing_order INTEGER, round INTEGER, model TEXT,
-  x_m DOUBLE, y_m DOUBLE, z_m DOUBLE, filled_m3 DOUBLE, contacts INTEGER);
+";
+
+/// Ours.
+const SCHEMA: &str = "
+CREATE TABLE layer_styles (
+  id INTEGER PRIMARY KEY AUTOINCREMENT, f_table_catalog TEXT, f_table_schema TEXT, f_table_name TEXT,
+  f_geometry_column TEXT, styleName TEXT, styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT,
+  owner TEXT, ui TEXT, update_time DATETIME DEFAULT '2000-01-01T00:00:00.000Z');
+INSERT INTO gpkg_contents (table_name, data_type, identifier) VALUES ('layer_styles', 'attributes', 'layer_styles');
 CREATE TABLE runs (
   fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, name TEXT, version TEXT, seed INTEGER, crs TEXT, vertical_datum TEXT,
   recognised INTEGER, planned INTEGER);
@@ -41,93 +47,33 @@ INSERT INTO gpkg_contents (table_name, data_type, identifier) VALUES ('runs', 'a
 
 /// Writes the drawing; `seed` is the run's.
 pub fn write(path: &Path, drawing: &Drawing, seed: u64) -> Result<(), IoError> {
-    let bytes = bytes(drawing, seed).map_err(|e| IoError::write(path, io::Error::other(e)))?;
+    write_with(path, drawing, &Details::default(), seed)
+}
+
+/// Writes the drawing and what belongs to it, with the styles QGIS takes as default.
+pub fn write_with(
+    path: &Path,
+    drawing: &Drawing,
+    details: &Details,
+    seed: u64,
+) -> Result<(), IoError> {
+    let bytes =
+        bytes(drawing, details, seed).map_err(|e| IoError::write(path, io::Error::other(e)))?;
     atomic::write_bytes(path, &bytes)
 }
 
-fn bytes(drawing: &Drawing, seed: u64) -> rusqlite::Result<Vec<u8>> {
+fn bytes(drawing: &Drawing, details: &Details, seed: u64) -> rusqlite::Result<Vec<u8>> {
     let mut database = Connection::open_in_memory()?;
+    database.execute_batch(STANDARD)?;
     database.execute_batch(SCHEMA)?;
     let transaction = database.transaction()?;
-    fill(&transaction, drawing, seed)?;
-    transaction.commit()?;
-    Ok(database.serialize("main")?.to_vec())
-}
-
-fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
-    let srs = match drawing.epsg() {
-        Some(code) => {
-            if code != 4326 {
-                let wkt = las::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
-                let sql = "INSERT INTO gpkg_spatial_ref_sys VALUES (?1, ?2, 'EPSG', ?2, ?3, NULL)";
-                db.execute(sql, params![drawing.frame.crs, code, wkt])?;
-            }
-            i64::from(code)
-        }
-        None => -1,
-    };
-    let (mut extent, mut counts) = ([[f64::MAX, f64::MAX, f64::MIN, f64::MIN]; 2], [0_i64; 2]);
-    for unit in drawing.units() {
-        let (centre, model) = (drawing.centre(&unit), &drawing.catalog.get(unit.model).name);
-        let outline = drawing.footprint(&unit);
-        let geometry = polygon(&outline, srs as i32);
-        let table = usize::from(matches!(unit.source, Source::Planned(_)));
-        counts[table] += 1;
-        for p in outline {
-            let e = &mut extent[table];
-            *e = [e[0].min(p[0]), e[1].min(p[1]), e[2].max(p[0]), e[3].max(p[1])];
-        }
-        match unit {
-            Unit { source: Source::Recognised(r, fit), .. } => {
-                let runner_up = fit.runner_up.map(|(m, _)| drawing.catalog.get(m).name.clone());
-                db.execute(
-                    "INSERT INTO blocks VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
-                    params![
-                        geometry,
-                        r.block.0,
-                        model,
-                        centre.x,
-                        centre.y,
-                        centre.z,
-                        fit.occlusion,
-                        fit.confidence,
-                        fit.fitness_m,
-                        runner_up,
-                        fit.runner_up.map(|(_, f)| f),
-                        fit.type_judged
-                    ],
-                )?;
-            }
-            Unit { source: Source::Planned(p), .. } => {
-                db.execute(
-                    "INSERT INTO placements VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
-                    params![
-                        geometry,
-                        p.order,
-                        p.round,
-                        model,
-                        centre.x,
-                        centre.y,
-                        centre.z,
-                        p.filled_m3,
-                        p.contacts
-                    ],
-                )?;
-            }
-        }
+    let srs = spatial_reference(&transaction, &drawing.frame.crs, drawing.epsg())?;
+    let layers = layers(drawing, details);
+    for layer in &layers {
+        write_layer(&transaction, layer, srs)?;
     }
-    for (table, [x0, y0, x1, y1]) in ["blocks", "placements"].into_iter().zip(extent) {
-        let bound = |v: f64| (v.abs() < f64::MAX).then_some(v);
-        db.execute(
-            "INSERT INTO gpkg_contents (table_name, data_type, identifier, min_x, min_y, max_x, max_y, srs_id) VALUES (?1, 'features', ?1, ?2, ?3, ?4, ?5, ?6)",
-            params![table, bound(x0), bound(y0), bound(x1), bound(y1), srs],
-        )?;
-        db.execute(
-            "INSERT INTO gpkg_geometry_columns VALUES (?1, 'geom', 'POLYGON', ?2, 0, 0)",
-            params![table, srs],
-        )?;
-    }
-    db.execute(
+    let count = |name: &str| layers.iter().find(|l| l.name == name).map_or(0, |l| l.rows.len() as i64);
+    transaction.execute(
         "INSERT INTO runs VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7)",
         params![
             drawing.name,
@@ -135,23 +81,95 @@ fn fill(db: &Connection, drawing: &Drawing, seed: u64) -> rusqlite::Result<()> {
             seed.cast_signed(),
             drawing.frame.crs,
             drawing.frame.vertical_datum,
-            counts[0],
-            counts[1]
+            count("blocks"),
+            count("placements")
         ],
+    )?;
+    transaction.commit()?;
+    Ok(database.serialize("main")?.to_vec())
+}
+
+/// Enters the reference system and gives its number in the file.
+pub(crate) fn spatial_reference(
+    db: &Connection,
+    crs: &str,
+    epsg: Option<u32>,
+) -> rusqlite::Result<i64> {
+    let Some(code) = epsg else { return Ok(-1) };
+    if code != 4326 {
+        let wkt = crate::crs::wkt_of_epsg(code).unwrap_or_else(|| "undefined".into());
+        let sql = "INSERT INTO gpkg_spatial_ref_sys VALUES (?1, ?2, 'EPSG', ?2, ?3, NULL)";
+        db.execute(sql, params![crs, code, wkt])?;
+    }
+    Ok(i64::from(code))
+}
+
+fn write_layer(db: &Connection, layer: &Layer, srs: i64) -> rusqlite::Result<()> {
+    let columns: String = layer.columns.iter().map(|c| format!(", {c}")).collect();
+    db.execute_batch(&format!(
+        "CREATE TABLE {} (fid INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, geom {}{columns});",
+        layer.name,
+        layer.kind.word()
+    ))?;
+    let marks: String = (0..layer.columns.len()).map(|i| format!(", ?{}", i + 2)).collect();
+    let mut insert =
+        db.prepare(&format!("INSERT INTO {} VALUES (NULL, ?1{marks})", layer.name))?;
+    let mut extent = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
+    for row in &layer.rows {
+        for p in row.rings.iter().flatten() {
+            let e = extent;
+            extent = [e[0].min(p[0]), e[1].min(p[1]), e[2].max(p[0]), e[3].max(p[1])];
+        }
+        let geometry = Value::Blob(geometry(layer.kind, &row.rings, srs as i32));
+        insert.execute(params_from_iter(std::iter::once(&geometry).chain(&row.values)))?;
+    }
+    let bound = |v: f64| (v.abs() < f64::MAX).then_some(v);
+    let [x0, y0, x1, y1] = extent.map(bound);
+    db.execute(
+        "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, min_x, min_y, max_x, max_y, srs_id) VALUES (?1, 'features', ?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+        params![layer.name, layer.title, x0, y0, x1, y1, srs],
+    )?;
+    db.execute(
+        "INSERT INTO gpkg_geometry_columns VALUES (?1, 'geom', ?2, ?3, ?4, 0)",
+        params![layer.name, layer.kind.word(), srs, u8::from(layer.kind == Kind::Line)],
+    )?;
+    db.execute(
+        "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, f_geometry_column, styleName, styleQML, styleSLD, useAsDefault, description, owner) VALUES ('', '', ?1, 'geom', ?1, ?2, '', 1, ?3, '')",
+        params![layer.name, qgis_style::document(layer.name), layer.title],
     )?;
     Ok(())
 }
 
-/// GeoPackage binary: header without envelope, then a WKB polygon of one closed ring.
-fn polygon(outline: &[[f64; 2]], srs: i32) -> Vec<u8> {
+/// GeoPackage binary: header without envelope, then a WKB polygon of closed rings, or a line with heights.
+fn geometry(kind: Kind, rings: &[Vec<[f64; 3]>], srs: i32) -> Vec<u8> {
     let mut out = b"GP\0\x01".to_vec();
     out.extend(srs.to_le_bytes());
     out.push(1); // little-endian
-    out.extend(3_u32.to_le_bytes()); // polygon
-    out.extend(1_u32.to_le_bytes());
-    out.extend((outline.len() as u32 + 1).to_le_bytes());
-    for p in outline.iter().chain(outline.first()) {
-        out.extend(p.iter().flat_map(|v| v.to_le_bytes()));
+    let numbers = |out: &mut Vec<u8>, values: &[f64]| {
+        out.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    };
+    match kind {
+        Kind::Polygon => {
+            out.extend(3_u32.to_le_bytes());
+            out.extend((rings.len() as u32).to_le_bytes());
+            for ring in rings {
+                out.extend((ring.len() as u32 + 1).to_le_bytes());
+                for p in ring.iter().chain(ring.first()) {
+                    numbers(&mut out, &p[..2]);
+                }
+            }
+        }
+        Kind::Line => {
+            let line = rings.first().map_or(&[][..], |l| l);
+            out.extend(1002_u32.to_le_bytes()); // a line with z
+            out.extend((line.len() as u32).to_le_bytes());
+            line.iter().for_each(|p| numbers(&mut out, p));
+        }
+        Kind::Point => {
+            let p = rings.first().and_then(|r| r.first()).copied().unwrap_or([f64::NAN; 3]);
+            out.extend(1_u32.to_le_bytes());
+            numbers(&mut out, &p[..2]);
+        }
     }
     out
 }

@@ -1,55 +1,41 @@
 //! GeoTIFF: height, deficit and distance maps out (f32, deflated, NaN = nothing), design surfaces in.
 
+use crate::crs::{FileCrs, GeoKeys, Unit};
+use crate::geotiff_band::{self, Band};
 use crate::input::Input;
 use crate::raster::Raster;
-use crate::{IoError, Place, atomic, drawing};
-use std::io::{self, Cursor};
-use std::path::Path;
-use tiff::decoder::{Decoder, DecodingResult, Limits};
-use tiff::encoder::{Compression, TiffEncoder, colortype::Gray32Float};
+use crate::{IoError, Place};
+use std::io::{Cursor, Read, Seek};
+use tiff::decoder::{Decoder, Limits};
 use tiff::tags::Tag;
+
+pub use crate::geotiff_writer::{write, write_named};
 
 const GEO_KEYS: Tag = Tag::GeoKeyDirectoryTag;
 /// Cells that any file may have, and how many more for each of its bytes.
 const FREE_CELLS: u64 = 4_000_000;
 const CELLS_PER_BYTE: u64 = 16;
 
-/// Writes the raster; `crs` is the site's (`EPSG:n`, anything else leaves the file without).
-pub fn write(path: &Path, raster: &Raster, crs: &str) -> Result<(), IoError> {
-    let bytes = bytes(raster, crs).map_err(|e| IoError::write(path, io::Error::other(e)))?;
-    atomic::write_bytes(path, &bytes)
-}
-
-fn bytes(raster: &Raster, crs: &str) -> tiff::TiffResult<Vec<u8>> {
-    let mut out = Cursor::new(Vec::new());
-    let mut encoder =
-        TiffEncoder::new(&mut out)?.with_compression(Compression::Deflate(Default::default()));
-    let (columns, rows) = (raster.columns, raster.rows());
-    let mut image = encoder.new_image::<Gray32Float>(columns as u32, rows as u32)?;
-    let [east, north] = raster.origin;
-    let half = raster.cell_m / 2.0;
-    let top = north + (rows as f64 - 1.0) * raster.cell_m + half;
-    let tags = image.encoder();
-    tags.write_tag(Tag::ModelPixelScaleTag, &[raster.cell_m, raster.cell_m, 0.0][..])?;
-    tags.write_tag(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, east - half, top, 0.0][..])?;
-    let code = drawing::epsg(crs).and_then(|c| u16::try_from(c).ok());
-    // Version 1.1.0; model: projected (or user-defined); raster: pixel is area.
-    let mut keys: Vec<u16> =
-        vec![1, 1, 0, 2, 1024, 0, 1, if code.is_some() { 1 } else { 32767 }, 1025, 0, 1, 1];
-    if let Some(code) = code {
-        keys[3] = 4;
-        keys.extend([3072, 0, 1, code, 3076, 0, 1, 9001]); // the CRS; metres
-    }
-    tags.write_tag(GEO_KEYS, &keys[..])?;
-    tags.write_tag(Tag::GdalNodata, "nan")?;
-    // Images run from north to south.
-    let data: Vec<f32> = raster.value.chunks(columns.max(1)).rev().flatten().copied().collect();
-    image.write_data(&data)?;
-    Ok(out.into_inner())
+/// What a GeoTIFF holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightImage {
+    /// Heights in metres.
+    pub raster: Raster,
+    /// What the file says of its coordinates.
+    pub reference: FileCrs,
+    /// Unit of the heights in the file, when it was not the metre.
+    pub converted_from: Option<Unit>,
 }
 
 /// Reads the first band of a north-up GeoTIFF and the `EPSG:n` it names.
 pub fn read(input: &mut Input) -> Result<(Raster, Option<String>), IoError> {
+    let image = read_heights(input)?;
+    let crs = image.reference.epsg();
+    Ok((image.raster, crs))
+}
+
+/// Reads a north-up GeoTIFF of one band as heights: no-data, scale, offset, mask and unit are obeyed, anything else is refused.
+pub fn read_heights(input: &mut Input) -> Result<HeightImage, IoError> {
     let (path, len) = (input.path, input.len);
     let damaged = |e: tiff::TiffError| {
         IoError::malformed(path, Place::File, format!("not a GeoTIFF that can be read: {e}"))
@@ -73,64 +59,101 @@ pub fn read(input: &mut Input) -> Result<(Raster, Option<String>), IoError> {
             file_bytes: len,
         });
     }
-    let number = |decoder: &mut Decoder<_>, tag: Tag| decoder.get_tag_f64_vec(tag).ok();
-    let scale = number(&mut decoder, Tag::ModelPixelScaleTag);
-    let tie = number(&mut decoder, Tag::ModelTiepointTag);
-    let place = scale
+    let place = place(&mut decoder, path)?;
+    let keys = GeoKeys {
+        directory: decoder.get_tag_u16_vec(GEO_KEYS).unwrap_or_default(),
+        doubles: decoder.get_tag_f64_vec(Tag::GeoDoubleParamsTag).unwrap_or_default(),
+        texts: decoder.get_tag_ascii_string(Tag::GeoAsciiParamsTag).unwrap_or_default(),
+    };
+    let reference = keys.crs();
+    let band = Band::of(&mut decoder, path)?;
+    let inverted = photometric(&mut decoder, path)?;
+    let numbers = decoder.read_image().map_err(damaged)?;
+    let mut value = band
+        .heights(numbers, inverted)
+        .ok_or_else(|| IoError::unsupported(path, "the image's numbers are of an unknown kind"))?;
+    if value.len() as u64 != cells {
+        return Err(IoError::malformed(path, Place::File, "the image is not whole"));
+    }
+    geotiff_band::apply_mask(&mut decoder, (columns, rows), &mut value, path)?;
+    let stated = band.unit.clone().or_else(|| reference.vertical_unit.clone());
+    let converted_from = stated.filter(|u| !u.is_metre());
+    if let Some(unit) = &converted_from {
+        if !unit.metres.is_finite() {
+            let what = format!(
+                "the heights are in `{unit}`, which is not known here; convert them to metres"
+            );
+            return Err(IoError::unsupported(path, what));
+        }
+        value.iter_mut().for_each(|v| *v = (f64::from(*v) * unit.metres) as f32);
+    }
+    if reference.depth {
+        value.iter_mut().for_each(|v| *v = -*v);
+    }
+    let value: Vec<f32> = value.chunks(columns as usize).rev().flatten().copied().collect();
+    // A tie point is a corner of its cell, or its middle when "pixel is point".
+    let to_middle = if keys.pixel_is_point() { 0.0 } else { 0.5 };
+    let cell_m = place.cell_m;
+    let west = place.tie[3] + (to_middle - place.tie[0]) * cell_m;
+    let top = place.tie[4] - (to_middle - place.tie[1]) * cell_m;
+    let origin = [west, top - f64::from(rows - 1) * cell_m];
+    let raster = Raster { origin, cell_m, columns: columns as usize, value };
+    Ok(HeightImage { raster, reference, converted_from })
+}
+
+/// Where the cells lie: a tie point (column, row, 0, east, north, 0) and the edge of a cell.
+struct Placed {
+    cell_m: f64,
+    tie: [f64; 6],
+}
+
+fn place<R: Read + Seek>(decoder: &mut Decoder<R>, path: &Path) -> Result<Placed, IoError> {
+    let mut numbers = |tag: Tag| decoder.get_tag_f64_vec(tag).ok();
+    let (scale, tie) = (numbers(Tag::ModelPixelScaleTag), numbers(Tag::ModelTiepointTag));
+    let by_tie = scale
         .as_deref()
         .zip(tie.as_deref())
-        .and_then(|(s, t)| Some((*s.first()?, *s.get(1)?, t.get(..6)?)));
-    let Some((cell_m, _, tie)) = place.filter(|(w, h, t)| {
-        *w > 0.0 && (w - h).abs() < 1e-9 * w && t.iter().all(|v| v.is_finite())
-    }) else {
-        let what = "the image has no position and cell size, or its cells are not square and north-up; warp it with gdalwarp";
-        return Err(IoError::malformed(path, Place::File, what));
-    };
+        .and_then(|(s, t)| Some(([*s.first()?, *s.get(1)?], t.get(..6)?.try_into().ok()?)));
+    // A matrix says the same when it neither turns nor shears.
+    let matrix = numbers(Tag::ModelTransformationTag).filter(|m| m.len() == 16);
+    let by_matrix = matrix.filter(|m| m[1] == 0.0 && m[4] == 0.0).map(|m| {
+        let tie: [f64; 6] = [0.0, 0.0, 0.0, m[3], m[7], 0.0];
+        ([m[0], -m[5]], tie)
+    });
+    by_tie
+        .or(by_matrix)
+        .filter(|([w, h], t)| {
+            *w > 0.0 && (w - h).abs() < 1e-9 * w && t.iter().all(|v: &f64| v.is_finite())
+        })
+        .map(|([cell_m, _], tie)| Placed { cell_m, tie })
+        .ok_or_else(|| {
+            let what = "the image has no position and cell size, or its cells are not square and north-up; warp it with gdalwarp";
+            IoError::malformed(path, Place::File, what)
+        })
+}
 
-    let keys = decoder.get_tag_u16_vec(GEO_KEYS).unwrap_or_default();
-    let key =
-        |id: u16| keys.chunks_exact(4).skip(1).find(|k| k[0] == id && k[1] == 0).map(|k| k[3]);
-    let crs = key(3072).filter(|&c| c != 0 && c != 32767).map(|c| format!("EPSG:{c}"));
-    // A tie point is a corner of its cell, or its middle when "pixel is point".
-    let to_middle = if key(1025) == Some(2) { 0.0 } else { 0.5 };
-    let nodata = decoder
-        .get_tag_ascii_string(Tag::GdalNodata)
-        .ok()
-        .and_then(|t| t.trim_matches(['\0', ' ']).parse::<f64>().ok());
-    let samples = decoder.colortype().map_err(damaged)?.num_samples() as usize;
+/// Whether the decoder turns the numbers round ("white is zero", which says nothing of heights); refuses colours.
+fn photometric<R: Read + Seek>(decoder: &mut Decoder<R>, path: &Path) -> Result<bool, IoError> {
+    let kind = decoder.get_tag_u32(Tag::PhotometricInterpretation).unwrap_or(1);
+    let samples = decoder.get_tag_u32(Tag::SamplesPerPixel).unwrap_or(1);
     if samples != 1 {
         return Err(IoError::unsupported(
             path,
             format!("the image has {samples} bands; give one band of heights"),
         ));
     }
-    let value = decoder.read_image().map_err(damaged)?;
-    let mut value = floats(value)
-        .ok_or_else(|| IoError::unsupported(path, "the image's numbers are of an unknown kind"))?;
-    if value.len() as u64 != cells {
-        return Err(IoError::malformed(path, Place::File, "the image is not whole"));
+    match kind {
+        0 => Ok(true),
+        1 => Ok(false),
+        3 => Err(IoError::unsupported(
+            path,
+            "the numbers are places in a table of colours, not heights; give one band of heights",
+        )),
+        other => Err(IoError::unsupported(
+            path,
+            format!(
+                "the image holds colours (photometric interpretation {other}); give one band of heights"
+            ),
+        )),
     }
-    for v in &mut value {
-        if !v.is_finite() || nodata.is_some_and(|n| f64::from(*v) == n) {
-            *v = f32::NAN;
-        }
-    }
-    let value: Vec<f32> = value.chunks(columns as usize).rev().flatten().copied().collect();
-    let west = tie[3] + (to_middle - tie[0]) * cell_m;
-    let top = tie[4] - (to_middle - tie[1]) * cell_m;
-    let origin = [west, top - f64::from(rows - 1) * cell_m];
-    Ok((Raster { origin, cell_m, columns: columns as usize, value }, crs))
-}
-
-fn floats(value: DecodingResult) -> Option<Vec<f32>> {
-    Some(match value {
-        DecodingResult::F32(v) => v,
-        DecodingResult::F64(v) => v.into_iter().map(|v| v as f32).collect(),
-        DecodingResult::I16(v) => v.into_iter().map(f32::from).collect(),
-        DecodingResult::U16(v) => v.into_iter().map(f32::from).collect(),
-        DecodingResult::I32(v) => v.into_iter().map(|v| v as f32).collect(),
-        DecodingResult::U32(v) => v.into_iter().map(|v| v as f32).collect(),
-        DecodingResult::U8(v) => v.into_iter().map(f32::from).collect(),
-        _ => return None,
-    })
 }

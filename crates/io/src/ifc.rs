@@ -1,5 +1,6 @@
 //! IFC 4.3 (STEP): a breakwater whose armour units are mapped items of their type, in a projected CRS.
 
+use crate::details::Details;
 use crate::drawing::{Drawing, Source, Unit};
 use crate::{IoError, atomic};
 use scene::BlockModel;
@@ -8,17 +9,28 @@ use std::path::Path;
 
 /// Writes the model.
 pub fn write(path: &Path, drawing: &Drawing) -> Result<(), IoError> {
-    atomic::write_bytes(path, text(drawing).as_bytes())
+    write_with(path, drawing, &Details::default())
 }
 
-/// The file's text. The date is fixed: the same result gives the same bytes.
+/// Writes the model with the day of the survey.
+pub fn write_with(path: &Path, drawing: &Drawing, details: &Details) -> Result<(), IoError> {
+    atomic::write_bytes(path, document(drawing, details).as_bytes())
+}
+
+/// The file's text.
 pub fn text(drawing: &Drawing) -> String {
+    document(drawing, &Details::default())
+}
+
+/// The date is that of the survey: the same result gives the same bytes.
+fn document(drawing: &Drawing, details: &Details) -> String {
     let mut step = Step { out: String::new(), next: 1 };
     step.raw("ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');");
     let version = concat!("tsumu ", env!("CARGO_PKG_VERSION"));
     step.raw(&format!(
-        "FILE_NAME({},'2000-01-01T00:00:00',(''),(''),'{version}','{version}','');",
-        string(drawing.name)
+        "FILE_NAME({},'{}T00:00:00',(''),(''),'{version}','{version}','');",
+        string(drawing.name),
+        details.date()
     ));
     step.raw("FILE_SCHEMA(('IFC4X3_ADD2'));\nENDSEC;\nDATA;");
     model(&mut step, drawing);
@@ -82,7 +94,7 @@ fn model(s: &mut Step, drawing: &Drawing) {
     let place = add!(s, "IFCLOCALPLACEMENT({place},{axes})");
     let works = add!(
         s,
-        "IFCMARINEFACILITY({},$,'Breakwater',$,$,{place},$,$,.ELEMENT.,.BREAKWATER.)",
+        "IFCMARINEFACILITY({},$,{name},$,$,{place},$,$,.ELEMENT.,.BREAKWATER.)",
         id("breakwater")
     );
     add!(s, "IFCRELAGGREGATES({},$,$,$,{project},({site}))", id("project-site"));
@@ -114,6 +126,8 @@ fn model(s: &mut Step, drawing: &Drawing) {
     }
     if !elements.is_empty() {
         let all = elements.join(",");
+        let concrete = add!(s, "IFCMATERIAL('Concrete',$,'concrete')");
+        add!(s, "IFCRELASSOCIATESMATERIAL({},$,$,$,({all}),{concrete})", id("material"));
         add!(s, "IFCRELCONTAINEDINSPATIALSTRUCTURE({},$,$,$,({all}),{works})", id("contents"));
     }
 }
@@ -217,6 +231,7 @@ fn string(text: &str) -> String {
             '\'' => out.push_str("''"),
             '\\' => out.push_str("\\\\"),
             ' '..='~' => out.push(c),
+            c if c.is_control() => out.push(' '),
             _ => {
                 out.push_str("\\X2\\");
                 for unit in c.encode_utf16(&mut [0; 2]) {

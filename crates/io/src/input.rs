@@ -123,7 +123,7 @@ impl<'a> Input<'a> {
         match self.reader.read_to_string(&mut text) {
             Ok(_) => Ok(text),
             Err(e) if e.kind() == io::ErrorKind::InvalidData => {
-                Err(self.malformed(Place::File, "the file is not UTF-8 text"))
+                Err(self.malformed(Place::File, "the file is not UTF-8 text; save it as UTF-8"))
             }
             Err(e) => Err(IoError::read(self.path, e)),
         }

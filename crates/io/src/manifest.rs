@@ -215,7 +215,7 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
         for item in fs::read_dir(&here).map_err(fail)? {
             let item = item.map_err(fail)?;
             let name = below.join(item.file_name());
-            if item.file_name().to_string_lossy().starts_with(atomic::ASIDE) {
+            if item.file_name().to_string_lossy().starts_with(atomic::TEMPORARY) {
                 continue; // work in hand, or what a killed run left of it
             }
             if item.file_type().map_err(fail)?.is_dir() {
@@ -229,7 +229,18 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     Ok(found)
 }
 
-/// A relative path as a manifest has it: the same text on every system.
+/// A path as a manifest has it: the same text on every system. Files of a site that lie elsewhere keep their whole path.
 pub fn portable(path: &Path) -> String {
-    path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
+    let parts: Vec<_> = path
+        .components()
+        .filter(|c| !matches!(c, Component::RootDir))
+        .map(|c| c.as_os_str().to_string_lossy())
+        .collect();
+    let root =
+        if path.is_absolute() && !matches!(path.components().next(), Some(Component::Prefix(_))) {
+            "/"
+        } else {
+            ""
+        };
+    format!("{root}{}", parts.join("/"))
 }

@@ -1,28 +1,28 @@
 //! Wavefront OBJ: vertices and faces alone. `mtllib` and every other line that names a file are passed over unread.
 
 use crate::input::Input;
+use crate::mesh::RawMesh;
 use crate::{IoError, Place, atomic};
-use geom::{TriMesh, Vec3};
+use geom::{DVec3, TriMesh};
 use std::path::Path;
 
 /// Vertices and triangulated faces.
-pub fn read(input: &mut Input) -> Result<TriMesh, IoError> {
-    let (mut mesh, mut buffer, mut line) = (TriMesh::default(), Vec::new(), 1);
+pub(crate) fn read(input: &mut Input) -> Result<RawMesh, IoError> {
+    let (mut mesh, mut buffer, mut line) = (RawMesh::default(), Vec::new(), 1);
     while input.line(&mut buffer, line, 1 << 20)? {
         let text = String::from_utf8_lossy(&buffer);
         let mut words = text.split_whitespace();
         let at = Place::Line(line);
         match words.next() {
             Some("v") => {
-                let numbers: Vec<f32> = words.take(3).map_while(|w| w.parse().ok()).collect();
+                let numbers: Vec<f64> = words.take(3).map_while(|w| w.parse().ok()).collect();
                 let [x, y, z] = numbers[..] else {
                     return Err(input.malformed(at, "`v` needs three numbers"));
                 };
                 if ![x, y, z].iter().all(|v| v.is_finite()) {
-                    let (x, y, z) = (x.into(), y.into(), z.into());
                     return Err(IoError::NotFinite { path: input.path.into(), at, x, y, z });
                 }
-                mesh.vertices.push(Vec3::new(x, y, z));
+                mesh.vertices.push(DVec3::new(x, y, z));
             }
             Some("f") => {
                 let mut polygon = Vec::new();
@@ -34,7 +34,7 @@ pub fn read(input: &mut Input) -> Result<TriMesh, IoError> {
                 if polygon.len() < 3 {
                     return Err(input.malformed(at, "a face needs at least three corners"));
                 }
-                crate::mesh::push_polygon(&mut mesh, &polygon);
+                mesh.push_polygon(&polygon);
             }
             _ => {}
         }

@@ -1,9 +1,11 @@
 //! Point clouds by extension: whole, or thinned while reading; labelled clouds out.
 
+use crate::crs::{FileCrs, Unit};
 use crate::input::Input;
 use crate::mesh::extension;
+use crate::read_options::{ReadOptions, Reason, describe};
 use crate::thinning::Thinning;
-use crate::{IoError, RawCloud, e57_scan, las, pcd, ply, xyz};
+use crate::{IoError, RawCloud, e57_scan, las, pcd, ply, text_cloud};
 use geom::{DVec3, Event, Observer};
 use std::path::Path;
 
@@ -12,8 +14,17 @@ pub const READABLE: &str = ".las, .laz, .copc.laz, .ply, .e57, .pcd, .xyz, .txt,
 
 /// The whole cloud, as its file has it. Warns of what 32-bit storage has lost.
 pub fn read(path: &Path, observer: &dyn Observer) -> Result<RawCloud, IoError> {
+    read_with(path, &ReadOptions::default(), observer)
+}
+
+/// The same with options.
+pub fn read_with(
+    path: &Path,
+    options: &ReadOptions,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     let kind = known(path)?;
-    read_as(&mut Input::open(path)?, &kind, observer)
+    read_as_with(&mut Input::open(path)?, &kind, options, observer)
 }
 
 /// The same from an opened file of a known kind (a lower-case extension).
@@ -22,8 +33,18 @@ pub fn read_as(
     kind: &str,
     observer: &dyn Observer,
 ) -> Result<RawCloud, IoError> {
+    read_as_with(input, kind, &ReadOptions::default(), observer)
+}
+
+/// The same with options.
+pub fn read_as_with(
+    input: &mut Input,
+    kind: &str,
+    options: &ReadOptions,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     let mut cloud = RawCloud::default();
-    let meta = stream(input, kind, &mut |batch| {
+    let meta = stream_with(input, kind, options, &mut |batch| {
         cloud.append(batch);
         Ok(())
     })?;
@@ -37,10 +58,20 @@ pub fn read_thinned(
     cell_m: f64,
     observer: &dyn Observer,
 ) -> Result<RawCloud, IoError> {
+    read_thinned_with(path, cell_m, &ReadOptions::default(), observer)
+}
+
+/// The same with options.
+pub fn read_thinned_with(
+    path: &Path,
+    cell_m: f64,
+    options: &ReadOptions,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     let kind = known(path)?;
     let mut input = Input::open(path)?;
     let mut thinning = Thinning::new(cell_m);
-    let meta = stream(&mut input, &kind, &mut |batch| {
+    let meta = stream_with(&mut input, &kind, options, &mut |batch| {
         thinning.add(&batch);
         Ok(())
     })?;
@@ -60,17 +91,28 @@ pub fn read_box(
     high: DVec3,
     observer: &dyn Observer,
 ) -> Result<RawCloud, IoError> {
+    read_box_with(path, low, high, &ReadOptions::default(), observer)
+}
+
+/// The same with options.
+pub fn read_box_with(
+    path: &Path,
+    low: DVec3,
+    high: DVec3,
+    options: &ReadOptions,
+    observer: &dyn Observer,
+) -> Result<RawCloud, IoError> {
     let kind = known(path)?;
     let mut input = Input::open(path)?;
     let mut cloud = RawCloud::default();
     let meta = if kind == "laz" && las::is_copc(&mut input)? {
-        las::stream_box(&mut input, low, high, &mut |batch| {
+        las::stream_box_with(&mut input, low, high, options, &mut |batch| {
             cloud.append(batch);
             Ok(())
         })?
     } else {
         input.go_to(0, "the header")?;
-        stream(&mut input, &kind, &mut |batch| {
+        stream_with(&mut input, &kind, options, &mut |batch| {
             let inside = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all();
             let index: Vec<usize> =
                 (0..batch.len()).filter(|&i| inside(&batch.position[i])).collect();
@@ -98,18 +140,41 @@ fn known(path: &Path) -> Result<String, IoError> {
     }
 }
 
+/// What the header of a cloud's file says of its coordinates; nothing for text.
+pub fn reference(path: &Path) -> Result<FileCrs, IoError> {
+    let kind = known(path)?;
+    let mut input = Input::open(path)?;
+    match kind.as_str() {
+        "las" | "laz" => las::summary(&mut input).map(|s| s.reference),
+        "ply" => ply::reference(&mut input),
+        "e57" => e57_scan::reference(&mut input),
+        "pcd" => pcd::reference(&mut input),
+        _ => Ok(FileCrs::default()),
+    }
+}
+
 /// Batches of any known kind into `sink`; what comes back has everything but the points.
 pub fn stream(
     input: &mut Input,
     kind: &str,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
+    stream_with(input, kind, &ReadOptions::default(), sink)
+}
+
+/// The same with options.
+pub fn stream_with(
+    input: &mut Input,
+    kind: &str,
+    options: &ReadOptions,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     match kind {
-        "las" | "laz" => las::stream(input, sink),
-        "ply" => ply::stream(input, sink),
+        "las" | "laz" => las::stream_with(input, options, sink),
+        "ply" => ply::stream_with(input, options, sink),
         "e57" => e57_scan::stream(input, sink),
-        "pcd" => pcd::stream(input, sink),
-        "xyz" | "txt" | "csv" | "pts" | "asc" => xyz::stream(input, sink),
+        "pcd" => pcd::stream_with(input, options, sink),
+        "xyz" | "txt" | "csv" | "pts" | "asc" => text_cloud::stream_with(input, options, sink),
         _ => Err(IoError::UnknownExtension { path: input.path.into(), known: READABLE }),
     }
 }
@@ -120,24 +185,65 @@ fn finish(
     meta: RawCloud,
     observer: &dyn Observer,
 ) -> Result<RawCloud, IoError> {
+    cloud.left_out = meta.left_out;
+    if meta.invalid > 0 {
+        *cloud.left_out.entry(Reason::Invalid).or_default() += meta.invalid;
+    }
     if cloud.is_empty() {
-        return Err(IoError::NoPoints { path: path.into() });
+        let path = path.into();
+        return Err(if cloud.left_out.is_empty() {
+            IoError::NoPoints { path }
+        } else {
+            IoError::AllLeftOut { path, left_out: describe(&cloud.left_out) }
+        });
     }
     cloud.sensor_positions = meta.sensor_positions;
+    cloud.reference = meta.reference;
+    cloud.named_axes = meta.named_axes;
     cloud.crs = meta.crs;
     cloud.crs_wkt = meta.crs_wkt;
     cloud.float32 = meta.float32;
     cloud.invalid = meta.invalid;
+    cloud.notes = meta.notes;
     // One number for all points says nothing of lines.
     cloud.line = cloud.line.filter(|line| line.windows(2).any(|w| w[0] != w[1]));
     cloud.warn_of_rounding(path, observer);
-    if cloud.invalid > 0 {
-        let message = format!(
-            "{}: {} points that the file marks as invalid were left out",
-            path.display(),
-            cloud.invalid
-        );
+    cloud.warn_of_step(path, observer);
+    heights_in_metres(path, &mut cloud)?;
+    if !cloud.left_out.is_empty() {
+        let points = describe(&cloud.left_out);
+        cloud.notes.push(format!("{points} points were left out"));
+    }
+    for note in &cloud.notes {
+        let message = format!("{}: {note}", path.display());
         observer.event(Event::Noted { stage: "read", message });
     }
     Ok(cloud)
+}
+
+/// Heights in another unit than metres, or counted downwards, become heights in metres where the file says so.
+fn heights_in_metres(path: &Path, cloud: &mut RawCloud) -> Result<(), IoError> {
+    let unit = cloud.reference.vertical_unit.clone().unwrap_or_else(Unit::metre);
+    let down = cloud.reference.depth;
+    if unit.is_metre() && !down {
+        return Ok(());
+    }
+    if !unit.metres.is_finite() {
+        return Err(IoError::unsupported(
+            path,
+            format!(
+                "the heights are in the {unit}, which is not known here; convert them to metres"
+            ),
+        ));
+    }
+    let factor = if down { -unit.metres } else { unit.metres };
+    cloud.position.iter_mut().for_each(|p| p.z *= factor);
+    cloud.sensor_positions.iter_mut().for_each(|p| p.z *= factor);
+    cloud.height_factor = Some(factor);
+    cloud.notes.push(if down {
+        format!("depths in the {unit} were turned into heights in metres")
+    } else {
+        format!("heights in the {unit} were turned into metres (× {factor:.9})")
+    });
+    Ok(())
 }

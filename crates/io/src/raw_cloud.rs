@@ -1,8 +1,13 @@
 //! A cloud as its file states it: f64 coordinates in the file's own axes and unit, nothing interpreted.
 
+use crate::crs::FileCrs;
+use crate::read_options::LeftOut;
 use crate::{IoError, Place};
 use geom::{DVec3, Observer, Vec3, Warning};
 use std::path::Path;
+
+/// Steps of the stored numbers from here on swallow the shape of most blocks.
+const COARSE: f64 = 0.05;
 
 /// Points with the columns that the file has. A column is as long as `position` or absent.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,6 +26,12 @@ pub struct RawCloud {
     pub normal: Option<Vec<Vec3>>,
     /// Where the sensor stood, in the file's coordinates, when the format says it (E57, PCD).
     pub sensor_positions: Vec<DVec3>,
+    /// Number of each point among the file's points, from 0: the way back from what is left to the file's own records.
+    pub record: Option<Vec<u32>>,
+    /// The file's columns are named after the directions, so that `position` is east, north, up whatever the site says.
+    pub named_axes: bool,
+    /// What the file says of the system its coordinates are in.
+    pub reference: FileCrs,
     /// Coordinate reference system named by the file, as `EPSG:n`.
     pub crs: Option<String>,
     /// The same as the file's well-known text, kept for writing.
@@ -29,6 +40,12 @@ pub struct RawCloud {
     pub float32: bool,
     /// Points that the format itself marks as invalid and that were left out (PCD's NaN, E57's flag).
     pub invalid: u64,
+    /// Points left out for their class or flags.
+    pub left_out: LeftOut,
+    /// What the file's heights were multiplied by to make them heights in metres; `None`: nothing.
+    pub height_factor: Option<f64>,
+    /// Notes of the reader on what it took for what.
+    pub notes: Vec<String>,
 }
 
 impl RawCloud {
@@ -58,6 +75,7 @@ impl RawCloud {
         join(&mut self.confidence, batch.confidence, first);
         join(&mut self.line, batch.line, first);
         join(&mut self.normal, batch.normal, first);
+        join(&mut self.record, batch.record, first);
     }
 
     /// The points at `index` with all their columns; panics when one is out of range.
@@ -72,6 +90,7 @@ impl RawCloud {
             confidence: pick(&self.confidence, index),
             line: pick(&self.line, index),
             normal: pick(&self.normal, index),
+            record: pick(&self.record, index),
             ..self.meta()
         }
     }
@@ -80,10 +99,15 @@ impl RawCloud {
     pub(crate) fn meta(&self) -> Self {
         Self {
             sensor_positions: self.sensor_positions.clone(),
+            named_axes: self.named_axes,
+            reference: self.reference.clone(),
             crs: self.crs.clone(),
             crs_wkt: self.crs_wkt.clone(),
             float32: self.float32,
             invalid: self.invalid,
+            left_out: self.left_out.clone(),
+            height_factor: self.height_factor,
+            notes: self.notes.clone(),
             ..Self::default()
         }
     }
@@ -118,6 +142,65 @@ impl RawCloud {
         }
     }
 
+    /// Step of the stored numbers, in the file's unit: the coarsest decimal step that a sample of the heights keeps to, or that of
+    /// the plane coordinates where several points share a place. 0 when there is none down to a tenth of a millimetre, or
+    /// fewer than a hundred points.
+    pub fn step(&self) -> f64 {
+        if self.len() < 100 {
+            return 0.0;
+        }
+        let plane = self.step_of_axis(0).min(self.step_of_axis(1));
+        // The cells of a gridded surface are no loss: it has one point at each place.
+        let plane = if plane >= COARSE && self.share_places() { plane } else { 0.0 };
+        self.step_of_axis(2).max(plane)
+    }
+
+    fn step_of_axis(&self, axis: usize) -> f64 {
+        const STEPS: [f64; 13] =
+            [10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.1, 0.05, 0.025, 0.02, 0.01, 0.001, 0.0001];
+        const SAMPLE: usize = 20_000;
+        let stride = self.len().div_ceil(SAMPLE);
+        let first = self.position[0][axis];
+        let values = || self.position.iter().step_by(stride).map(|p| p[axis]);
+        // One level for all points is no step.
+        if values().all(|v| v == first) {
+            return 0.0;
+        }
+        let kept_to = |step: &f64| {
+            let near = 1e-3 + first.abs() * 4.0 * f64::EPSILON / step;
+            values().all(|v| {
+                let steps = (v - first) / step;
+                (steps - steps.round()).abs() < near
+            })
+        };
+        STEPS.iter().copied().find(kept_to).unwrap_or(0.0)
+    }
+
+    /// More than a tenth of the points lie above or below another one.
+    fn share_places(&self) -> bool {
+        const MOST: usize = 1_000_000;
+        let points = self.position.iter().take(MOST);
+        let places: std::collections::HashSet<[u64; 2]> =
+            points.map(|p| [p.x.to_bits(), p.y.to_bits()]).collect();
+        places.len() * 10 < self.len().min(MOST) * 9
+    }
+
+    /// Warns when the numbers are stored in steps that swallow the shape of most blocks.
+    pub(crate) fn warn_of_step(&self, path: &Path, observer: &dyn Observer) {
+        let step = self.step();
+        let extent = self.extent().map_or(0.0, |[low, high]| (high - low).max_element());
+        // In a file of millimetres a step of 1 is fine.
+        if step >= COARSE && step < extent && extent < 1e5 * step {
+            observer.event(geom::Event::Warned(Warning {
+                stage: "read",
+                message: format!(
+                    "{}: coordinates are stored in steps of {step} (half of that is lost at each point); export the cloud with millimetres",
+                    path.display()
+                ),
+            }));
+        }
+    }
+
     /// All columns must be as long as the positions: a caller's promise, checked before writing.
     pub(crate) fn check_columns(&self, path: &Path) -> Result<(), IoError> {
         let n = self.len();
@@ -127,6 +210,7 @@ impl RawCloud {
             self.confidence.as_ref().map(Vec::len),
             self.line.as_ref().map(Vec::len),
             self.normal.as_ref().map(Vec::len),
+            self.record.as_ref().map(Vec::len),
         ];
         if lengths.iter().flatten().any(|&l| l != n) {
             return Err(IoError::malformed(

@@ -1,4 +1,5 @@
-//! A site folder: `site.toml`, `catalog.toml` and the files they name, none of them outside the folder.
+//! A site folder: `site.toml`, `catalog.toml` and the files they name. The catalogue and its meshes lie in the folder; surveys and
+//! designs may lie anywhere.
 
 use crate::input::Input;
 use crate::{IoError, Place};
@@ -8,7 +9,7 @@ use std::path::{Component, Path, PathBuf};
 
 const TOML_LIMIT: u64 = 64 << 20;
 
-/// A site as its folder states it; the paths exist and lie inside.
+/// A site as its folder states it; the paths exist.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Site {
     /// The folder.
@@ -23,6 +24,8 @@ pub struct Site {
     pub survey_files: Vec<PathBuf>,
     /// Path of the design, when it is a file.
     pub design_file: Option<PathBuf>,
+    /// Path of the alignment, when it is a file.
+    pub alignment_file: Option<PathBuf>,
 }
 
 impl Site {
@@ -31,6 +34,7 @@ impl Site {
         let mut all = vec![PathBuf::from("site.toml"), self.spec.catalog.clone()];
         all.extend(self.spec.survey.iter().map(|s| s.file.clone()));
         all.extend(self.spec.design_file.iter().map(|d| d.file.clone()));
+        all.extend(self.spec.alignment_file.iter().map(|a| a.file.clone()));
         let beside = self.spec.catalog.parent().unwrap_or(Path::new(""));
         all.extend(
             self.catalog.block.iter().filter_map(|b| b.mesh.as_ref()).map(|m| beside.join(m)),
@@ -41,43 +45,175 @@ impl Site {
     }
 }
 
-/// Reads `folder/site.toml` (or the file itself) and its catalogue, checks both and finds the files they name.
+/// Reads `folder/site.toml` (or the file itself) and its catalogue, checks both and finds the files they name. Everything that is
+/// wrong is said at once. A site without `crs` takes that of its surveys' files.
 pub fn load(folder_or_file: &Path) -> Result<Site, IoError> {
-    let file = if folder_or_file.is_dir() {
-        folder_or_file.join("site.toml")
-    } else {
-        folder_or_file.to_path_buf()
-    };
-    let spec: SiteSpec = read_toml(&file)?;
-    spec.check().map_err(|e| IoError::malformed(&file, Place::File, e.to_string()))?;
+    let file = site_file(folder_or_file)?;
+    let mut spec: SiteSpec = read_toml(&file)?;
+    let mut wrong = Vec::new();
     let folder = file.parent().map(Path::to_path_buf).unwrap_or_default();
-    let catalog_file = resolve(&file, "catalog", &spec.catalog)?;
-    let catalog = load_catalog(&catalog_file)?;
-    let survey = |s: &scene::SurveySpec| resolve(&file, "survey.file", &s.file);
-    let survey_files = spec.survey.iter().map(survey).collect::<Result<_, _>>()?;
-    let design_file = spec
-        .design_file
-        .as_ref()
-        .map(|d| resolve(&file, "design_file.file", &d.file))
-        .transpose()?;
-    Ok(Site { folder, spec, catalog_file, catalog, survey_files, design_file })
+    let mut anywhere = |key: &str, target: &Path| match find(&file, key, target) {
+        Ok(path) => path,
+        Err(error) => {
+            wrong.push(error);
+            file.with_file_name(target)
+        }
+    };
+    let survey_files: Vec<PathBuf> =
+        spec.survey.iter().map(|s| anywhere("survey.file", &s.file)).collect();
+    let design_file = spec.design_file.as_ref().map(|d| anywhere("design_file.file", &d.file));
+    let alignment_file =
+        spec.alignment_file.as_ref().map(|a| anywhere("alignment_file.file", &a.file));
+    if spec.crs.is_empty() {
+        spec.crs = stated_crs(&survey_files).unwrap_or_default();
+    }
+    let problems = spec.problems().into_iter();
+    wrong.extend(problems.map(|e| IoError::malformed(&file, Place::File, e.to_string())));
+    if let Err(why) = crate::crs::site_code(&spec.crs)
+        && crate::crs::code(&spec.crs).is_some()
+    {
+        let what = format!("`crs`: {why}; give the code of plane coordinates in metres");
+        wrong.push(IoError::malformed(&file, Place::File, what));
+    }
+    let catalog_file = resolve(&file, "catalog", &spec.catalog);
+    let catalog = match &catalog_file {
+        Ok(path) => load_catalog(path),
+        Err(_) => Ok(CatalogSpec { block: Vec::new() }),
+    };
+    match (catalog_file, catalog, wrong.is_empty()) {
+        (Ok(catalog_file), Ok(catalog), true) => Ok(Site {
+            folder,
+            spec,
+            catalog_file,
+            catalog,
+            survey_files,
+            design_file,
+            alignment_file,
+        }),
+        (catalog_file, catalog, _) => {
+            wrong.extend(catalog_file.err());
+            wrong.extend(catalog.err());
+            Err(IoError::of_several(wrong))
+        }
+    }
 }
 
-/// Reads a catalogue; its mesh files must lie in its folder.
+/// `site.toml` of a folder, or the file itself; says what to do where there is none.
+fn site_file(folder_or_file: &Path) -> Result<PathBuf, IoError> {
+    let kind = crate::mesh::extension(folder_or_file);
+    if folder_or_file.is_file() && kind != "toml" {
+        let what = if crate::points::READABLE.contains(&format!(".{kind}")) && !kind.is_empty() {
+            "this is a cloud, not a site; `tsumu init` with this file writes the site's folder"
+        } else {
+            "this is no site; give the folder with site.toml"
+        };
+        return Err(IoError::unsupported(folder_or_file, what));
+    }
+    if !folder_or_file.is_dir() {
+        return Ok(folder_or_file.to_path_buf());
+    }
+    let file = folder_or_file.join("site.toml");
+    if file.exists() {
+        return Ok(file);
+    }
+    let clouds: Vec<String> = names_in(folder_or_file)
+        .into_iter()
+        .filter(|n| {
+            crate::points::READABLE.contains(&format!(".{}", crate::mesh::extension(Path::new(n))))
+        })
+        .collect();
+    let what = if clouds.is_empty() {
+        "the folder has no site.toml; `tsumu init` with your surveys writes one".to_string()
+    } else {
+        format!("the folder has no site.toml; `tsumu init {}` writes one", clouds.join(" "))
+    };
+    Err(IoError::unsupported(folder_or_file, what))
+}
+
+/// Names of the files in a folder, sorted, a dozen at most.
+fn names_in(folder: &Path) -> Vec<String> {
+    let Ok(items) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut names: Vec<String> = items
+        .flatten()
+        .filter(|i| i.path().is_file())
+        .map(|i| i.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names.truncate(12);
+    names
+}
+
+/// `EPSG:n` that the files agree on, from their headers; `None` when none says, or not all say the same.
+fn stated_crs(files: &[PathBuf]) -> Option<String> {
+    let stated = |f: &PathBuf| {
+        crate::points::reference(f)
+            .ok()
+            .filter(|r| r.kind == crate::crs::CrsKind::Projected)?
+            .epsg()
+    };
+    let mut codes = files.iter().filter_map(stated);
+    let first = codes.next()?;
+    codes.all(|c| c == first).then_some(first)
+}
+
+/// The file that `target` names: relative to the folder of `file`, or anywhere else (a network drive). It must exist.
+pub fn find(file: &Path, key: &str, target: &Path) -> Result<PathBuf, IoError> {
+    let folder = match file.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    let path = folder.join(target);
+    if path.is_file() {
+        return Ok(path);
+    }
+    let text = target.to_string_lossy();
+    let drive = text.as_bytes().get(1) == Some(&b':') && text.as_bytes()[0].is_ascii_alphabetic();
+    let why = if path.is_dir() {
+        "it is a folder; name the file in it".to_string()
+    } else if cfg!(not(windows)) && drive {
+        "a path with a drive letter is known on Windows alone; write where the file is on this machine".into()
+    } else if cfg!(not(windows)) && text.contains('\\') {
+        "write `/` between folders, not `\\`".into()
+    } else {
+        let here = names_in(path.parent().unwrap_or(folder));
+        let holds = if here.is_empty() { "nothing".to_string() } else { here.join(", ") };
+        format!("there is no such file; check the spelling of the path (the folder holds {holds})")
+    };
+    let what = format!("`{key}` = \"{text}\": {why}");
+    Err(IoError::malformed(file, Place::File, what))
+}
+
+/// Reads a catalogue; its mesh files must lie in its folder. Everything that is wrong is said at once.
 pub fn load_catalog(file: &Path) -> Result<CatalogSpec, IoError> {
     let spec: CatalogSpec = read_toml(file)?;
-    for mesh in spec.block.iter().filter_map(|b| b.mesh.as_ref()) {
-        resolve(file, "mesh", mesh)?;
-    }
-    Ok(spec)
+    let meshes = spec.block.iter().filter_map(|b| b.mesh.as_ref());
+    let wrong: Vec<IoError> = meshes.filter_map(|m| resolve(file, "mesh", m).err()).collect();
+    if wrong.is_empty() { Ok(spec) } else { Err(IoError::of_several(wrong)) }
 }
 
 /// What `blocks::catalog` needs to load the meshes that this catalogue file names.
 pub fn mesh_loader(catalog_file: &Path) -> impl Fn(&Path) -> Result<geom::TriMesh, String> {
+    mesh_loader_telling(catalog_file, &geom::Silent)
+}
+
+/// The same, telling the observer of a mesh that was moved to its origin.
+pub fn mesh_loader_telling<'a>(
+    catalog_file: &Path,
+    observer: &'a dyn geom::Observer,
+) -> impl Fn(&Path) -> Result<geom::TriMesh, String> + 'a {
     let catalog_file = catalog_file.to_path_buf();
     move |mesh| {
         let path = resolve(&catalog_file, "mesh", mesh).map_err(|e| e.to_string())?;
-        crate::mesh::read(&path).map_err(|e| e.to_string())
+        let read = crate::mesh::read_moved(&path).map_err(|e| e.to_string())?;
+        if read.moved_by != geom::DVec3::ZERO {
+            let geom::DVec3 { x, y, z } = read.moved_by;
+            let message = format!(
+                "{}: the mesh lies far from its origin; it was moved there, and poses are those of the moved mesh (its origin is the file's ({x}, {y}, {z}))",
+                path.display()
+            );
+            observer.event(geom::Event::Warned(geom::Warning { stage: "catalog", message }));
+        }
+        Ok(read.mesh)
     }
 }
 
@@ -112,6 +248,23 @@ pub fn parse_toml<T: DeserializeOwned>(name: &Path, text: &str) -> Result<T, IoE
             text.as_bytes()[..at.min(text.len())].iter().filter(|&&b| b == b'\n').count() as u64 + 1
         };
         let at = e.span().map_or(Place::File, |s| Place::Line(line(s.start)));
-        IoError::malformed(name, at, e.message().replace('\n', " "))
+        let said = e.message().replace('\n', " ");
+        let advice = advice(&said);
+        IoError::malformed(name, at, format!("{said}{advice}"))
     })
+}
+
+/// What to do about a message of the parser.
+fn advice(said: &str) -> &'static str {
+    if said.contains("escape") {
+        "; write `/` between the folders of a path, or put it in 'single quotes'"
+    } else if said.contains("missing field `kind`") {
+        "; write `kind = \"level\"`, \"planes\", \"section\" or \"grid\" in [design]; \"level\" or \"plane\" in [ground]; \"tetrapod\" and the like in a shape"
+    } else if said.contains("invalid type: string")
+        && (said.contains("f64") || said.contains("f32"))
+    {
+        "; a number stands without quotes"
+    } else {
+        ""
+    }
 }

@@ -67,6 +67,7 @@ impl Thinning {
         copy(&mut self.kept.confidence, &batch.confidence, slot, i);
         copy(&mut self.kept.line, &batch.line, slot, i);
         copy(&mut self.kept.normal, &batch.normal, slot, i);
+        copy(&mut self.kept.record, &batch.record, slot, i);
     }
 
     /// Points seen so far.

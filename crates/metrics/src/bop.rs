@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn recall_is_averaged_over_limits_and_a_truth_is_found_once() {
-        let error = |e: usize, t: usize| if t == 0 { [0.02, 0.01, 0.12][e] } else { 0.3 };
+        let error = |e: usize, t: usize| if t == 0 { [0.02, 0.01, 0.12][e] } else { 0.31 };
         let ar = average_recall(3, 2, error, &limits()).unwrap();
         // Truth 0 below every limit; truth 1 from .35 up, by the second estimate.
         assert!((ar - (10.0 + 4.0) / 20.0).abs() < 1e-12, "{ar}");

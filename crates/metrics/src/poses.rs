@@ -18,7 +18,7 @@ pub struct PoseCriteria {
     pub max_displacement_ratio: f32,
     /// Largest rotation error, degrees.
     pub max_rotation_deg: f32,
-    /// Truths at or above this occlusion are not asked for.
+    /// Truths at or above this occlusion are not scored.
     pub occlusion_limit: f32,
 }
 
@@ -52,7 +52,7 @@ pub struct TrueBlock {
 pub struct PoseScore {
     /// True and false positives, misses.
     pub counts: DetectionCounts,
-    /// Estimates that met a truth too occluded to be asked for.
+    /// Estimates that met a truth too occluded to be scored.
     pub ignored: usize,
     /// Error of each true positive, in the order of the estimates.
     pub errors: Vec<PoseError>,

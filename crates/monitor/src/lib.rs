@@ -3,6 +3,7 @@
 //! In: two epochs, each a survey with the blocks recognised in it, and the catalogue. Out: for every block whether it
 //! stayed, moved, turned, sank, went or came, each with the level below which nobody could tell. Start at [`compare()`].
 
+pub mod as_built;
 mod body;
 mod breakage;
 mod change;
@@ -12,15 +13,21 @@ mod dense;
 mod detection;
 mod epoch;
 mod error;
+mod grades;
+mod heights;
 mod matching;
 mod motion;
 mod registration;
 mod robust;
+pub mod series;
 mod single;
+mod spans;
 mod stable;
+pub mod surface;
 mod surface_samples;
 mod view;
 
+pub use as_built::{AsBuilt, AsBuiltConfig, Built, BuiltBlock, as_built};
 pub use breakage::BreakageConfig;
 pub use change::{Change, Class};
 pub use common_error::CommonError;
@@ -28,8 +35,12 @@ pub use compare::{CompareConfig, Comparison, compare};
 pub use detection::DetectionConfig;
 pub use epoch::{Epoch, SeenBlock};
 pub use error::MonitorError;
+pub use grades::{Grade, GradeRules, Limits};
 pub use matching::MatchConfig;
 pub use motion::Motion;
 pub use registration::{Basis, CommonMovement, Registration, RegistrationConfig};
+pub use series::{Observation, Series, Track};
 pub use single::SingleConfig;
+pub use spans::{Span, SpanConfig, spans};
 pub use stable::StableGround;
+pub use surface::{SurfaceChange, SurfaceConfig, surface_changes};

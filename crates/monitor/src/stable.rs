@@ -3,7 +3,7 @@
 use crate::Epoch;
 use crate::motion::Motion;
 use crate::registration::{Basis, Patches, Registration, on_ground};
-use geom::{DVec3, Vec3, normals, point_grid};
+use geom::{DVec3, Vec3, normals, thin_from_lowest};
 use serde::{Deserialize, Serialize};
 
 /// Ground that the site names as stable: polygons in site coordinates (east, north), such as the crown wall. Empty: none is named.
@@ -70,7 +70,7 @@ pub(crate) fn registered(
         return None;
     }
     let thinned = |points: Vec<Vec3>| -> Vec<Vec3> {
-        let kept = point_grid::thin(&points, (CELL * size_m) as f32).kept;
+        let kept = thin_from_lowest(&points, (CELL * size_m) as f32).kept;
         kept.iter().map(|&i| points[i as usize]).collect()
     };
     let own = &earlier.survey.cloud.position_m;

@@ -21,7 +21,8 @@ pub(crate) enum Look {
 
 /// The cloud of one epoch, ready to be asked.
 pub(crate) struct View {
-    grid: PointGrid,
+    /// `None`: every place is known.
+    grid: Option<PointGrid>,
     sensors: Vec<Vec3>,
     kind: SensorKind,
     /// Points this near lie on the surface.
@@ -48,12 +49,22 @@ impl View {
         let near_m = (2.5 * noise_sd_m + 0.02 * size_m).max(1.2 * spacing_m);
         let tube_m = (1.2 * spacing_m).clamp(0.02 * size_m, 0.15 * size_m);
         let grid = PointGrid::new(points, near_m.max(tube_m));
-        Self { grid, sensors, kind, near_m, tube_m, reach_m: 1.3 * size_m }
+        Self { grid: Some(grid), sensors, kind, near_m, tube_m, reach_m: 1.3 * size_m }
+    }
+
+    /// The view of one who knows all of the surface: a plan's.
+    pub fn everything() -> Self {
+        let kind = SensorKind::default();
+        Self { grid: None, sensors: Vec::new(), kind, near_m: 0.0, tube_m: 0.0, reach_m: 0.0 }
     }
 
     /// Whether points lie within `near_m`.
     pub fn has_point(&self, p: Vec3) -> bool {
-        self.grid.nearest_within(p, self.near_m).is_some()
+        self.any_within(p, self.near_m)
+    }
+
+    fn any_within(&self, p: Vec3, radius_m: f32) -> bool {
+        self.grid.as_ref().is_none_or(|g| g.nearest_within(p, radius_m).is_some())
     }
 
     /// What is known of a place with this outward normal.
@@ -81,7 +92,7 @@ impl View {
     fn meets(&self, p: Vec3, direction: Vec3, from_m: f32) -> bool {
         let mut at = from_m;
         while at < self.reach_m {
-            if self.grid.nearest_within(p + direction * at, self.tube_m).is_some() {
+            if self.any_within(p + direction * at, self.tube_m) {
                 return true;
             }
             at += 1.3 * self.tube_m;

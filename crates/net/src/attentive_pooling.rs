@@ -362,7 +362,7 @@ mod tests {
     use geom::{SeedTree, Vec3};
     use rand::RngExt;
 
-    struct Case {
+    struct Sample {
         hood: Neighbourhood,
         a: Vec<f32>,
         position: Vec<f32>,
@@ -370,7 +370,7 @@ mod tests {
         attention: Vec<f32>,
     }
 
-    impl Case {
+    impl Sample {
         fn new(n: usize, c: usize) -> Self {
             let mut rng = SeedTree::new(3).rng();
             let mut draw = |count: usize, scale: f32| -> Vec<f32> {
@@ -440,30 +440,30 @@ mod tests {
 
     #[test]
     fn forward_equals_the_definition() {
-        let case = Case::new(37, 22);
-        let got = pool(&case.a, &case.hood, 37, case.weights());
-        for (g, w) in got.iter().zip(case.reference()) {
+        let sample = Sample::new(37, 22);
+        let got = pool(&sample.a, &sample.hood, 37, sample.weights());
+        for (g, w) in got.iter().zip(sample.reference()) {
             assert!((f64::from(*g) - w).abs() < 1e-5, "{g} {w}");
         }
     }
 
     #[test]
     fn backward_equals_finite_differences_of_the_definition() {
-        let case = Case::new(21, 22);
-        let n = case.hood.len() * (22 + RELATIVE);
+        let sample = Sample::new(21, 22);
+        let n = sample.hood.len() * (22 + RELATIVE);
         let seed: Vec<f32> = (0..n).map(|i| ((i * 29 % 17) as f32 - 8.0) / 8.0).collect();
-        let loss = |case: &Case| -> f64 {
-            case.reference().iter().zip(&seed).map(|(o, s)| o * f64::from(*s)).sum()
+        let loss = |sample: &Sample| -> f64 {
+            sample.reference().iter().zip(&seed).map(|(o, s)| o * f64::from(*s)).sum()
         };
-        let grads = pool_backward(&case.a, &case.hood, case.weights(), &seed);
-        let check = |name: &str, got: &[f32], column: &dyn Fn(&mut Case) -> &mut Vec<f32>| {
+        let grads = pool_backward(&sample.a, &sample.hood, sample.weights(), &seed);
+        let check = |name: &str, got: &[f32], column: &dyn Fn(&mut Sample) -> &mut Vec<f32>| {
             for at in (0..got.len()).step_by(1 + got.len() / 40) {
                 // Small, because the reference has kinks where a relu switches.
                 let step = 2e-5;
                 let moved = |by: f32| {
-                    let mut case = Case::new(21, 22);
-                    column(&mut case)[at] += by;
-                    loss(&case)
+                    let mut sample = Sample::new(21, 22);
+                    column(&mut sample)[at] += by;
+                    loss(&sample)
                 };
                 let want = (moved(step) - moved(-step)) / f64::from(2.0 * step);
                 let error = (f64::from(got[at]) - want).abs();

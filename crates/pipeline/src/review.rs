@@ -280,6 +280,7 @@ mod tests {
                 said(9, Decision::Accepted, "tetrapod", 12.0),
                 said(8, Decision::Rejected, "tetrapod", 20.0),
             ],
+            ..Review::default()
         };
         let changes = honour(&review, &catalog, &frame, &mut blocks, &Silent).unwrap();
         let told: Vec<_> = changes
@@ -326,7 +327,7 @@ mod tests {
     fn what_cannot_be_applied_is_named() {
         let (catalog, frame) = (catalog(), frame());
         let fails = |format, block: ReviewedBlock| {
-            let review = Review { format, reviewer: String::new(), blocks: vec![block] };
+            let review = Review { format, blocks: vec![block], ..Review::default() };
             honour(&review, &catalog, &frame, &mut Vec::new(), &Silent).unwrap_err().to_string()
         };
         assert!(fails(2, said(1, Decision::Accepted, "cube", 0.0)).contains("format 2"));

@@ -10,7 +10,7 @@ use net::floats;
 use net::prelude::{Device, Tensor, TensorData, log_softmax};
 use scene::SymmetryGroup;
 
-/// Share of the lesson that all modes get.
+/// Share of a target's weight that all modes get. Free choice: enough that no mode is never taught.
 const SPREAD: f32 = 0.05;
 /// Weight of a block length of displacement against a radian.
 const PLACE_WEIGHT: f32 = 2.0;
@@ -19,9 +19,9 @@ const SURENESS_WEIGHT: f32 = 0.3;
 /// A cosine nearer to 1 has no slope that f32 can tell.
 const FLATTEST: f32 = 1.0 - 1e-5;
 
-/// What one window teaches: poses with weights that sum to 1.
+/// A window's target: poses with weights that sum to 1.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lesson {
+pub(crate) struct Target {
     pub poses: Vec<(Vec3, Quat, f32)>,
 }
 
@@ -37,20 +37,20 @@ pub(crate) struct LossReport {
 /// The loss of a batch and what it is made of.
 pub(crate) fn loss(
     output: Output,
-    lessons: &[Lesson],
+    targets: &[Target],
     symmetry: &SymmetryGroup,
     device: &Device,
 ) -> (Tensor<1>, LossReport) {
-    let b = lessons.len();
+    let b = targets.len();
     let k = output.centre.dims()[1];
-    let g = lessons.iter().map(|l| l.poses.len()).max().unwrap_or(0).max(1);
+    let g = targets.iter().map(|l| l.poses.len()).max().unwrap_or(0).max(1);
     let s = symmetry.order();
     let (mut centre, mut rotation, mut weight) = (Vec::new(), Vec::new(), Vec::new());
-    for lesson in lessons {
+    for target in targets {
         for i in 0..g {
             // Padding weighs nothing.
             let (c, q, w) =
-                lesson.poses.get(i).copied().unwrap_or((Vec3::ZERO, Quat::IDENTITY, 0.0));
+                target.poses.get(i).copied().unwrap_or((Vec3::ZERO, Quat::IDENTITY, 0.0));
             centre.extend(c.to_array());
             weight.push(w);
             for &turn in symmetry.rotations() {
@@ -89,7 +89,7 @@ pub(crate) fn loss(
     (total, report)
 }
 
-/// How much of each window's lesson is nearest to each mode, `[b, k]`.
+/// How much of each window's target is nearest to each mode, `[b, k]`.
 fn nearest_modes(cost: &[f32], weight: &[f32], [b, k, g]: [usize; 3]) -> Vec<f32> {
     let mut share = vec![0.0; b * k];
     for w in 0..b {
@@ -116,7 +116,7 @@ mod tests {
         let block = blocks::shape_model("t", shape, 2300.0).unwrap();
         let (right, wrong) = (Quat::from_rotation_x(0.4), Quat::from_rotation_x(0.9));
         let turned = right * block.symmetry.rotations()[3];
-        let lesson = Lesson { poses: vec![(Vec3::new(0.1, 0.2, -0.3), right, 1.0)] };
+        let target = Target { poses: vec![(Vec3::new(0.1, 0.2, -0.3), right, 1.0)] };
         let rotations =
             [crate::rotation::columns(wrong), crate::rotation::columns(turned)].concat();
         let output = |centre: [f32; 6]| Output {
@@ -126,7 +126,7 @@ mod tests {
         };
         let device = Device::flex();
         let report = |centre| {
-            loss(output(centre), std::slice::from_ref(&lesson), &block.symmetry, &device).1
+            loss(output(centre), std::slice::from_ref(&target), &block.symmetry, &device).1
         };
         let exact = report([0.1, 0.2, -0.3, 0.1, 0.2, -0.3]);
         assert!(exact.pose < 0.01, "{exact:?}");
@@ -138,13 +138,13 @@ mod tests {
     #[test]
     fn one_mode_pays_the_angle_between_attitudes() {
         let none = SymmetryGroup::trivial(Vec3::ZERO);
-        let lesson = Lesson { poses: vec![(Vec3::ZERO, Quat::from_rotation_y(0.7), 1.0)] };
+        let target = Target { poses: vec![(Vec3::ZERO, Quat::from_rotation_y(0.7), 1.0)] };
         let output = Output {
             centre: tensor(&[0.0; 3], [1, 1, 3]),
             rotation: tensor(&crate::rotation::columns(Quat::IDENTITY), [1, 1, 9]),
             sureness: tensor(&[0.0], [1, 1]),
         };
-        let (_, report) = loss(output, &[lesson], &none, &Device::flex());
+        let (_, report) = loss(output, &[target], &none, &Device::flex());
         assert!((report.pose - 0.7).abs() < 1e-3, "{report:?}");
     }
 }

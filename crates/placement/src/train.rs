@@ -2,7 +2,7 @@
 
 use crate::evaluate::{Errors, errors};
 use crate::image::{stored_view, turned};
-use crate::loss::{Lesson, LossReport, loss};
+use crate::loss::{LossReport, Target, loss};
 use crate::network::{NetworkShape, PlacementNetwork};
 use crate::samples::{Sample, SampleConfig};
 use crate::{ModelDescription, PlacementError, PlacementModel};
@@ -147,9 +147,9 @@ impl Task for Windows<'_> {
         part: &Part<'_>,
     ) -> (GradientsParams, LossReport) {
         let seed = self.seed.child("batch", part.step);
-        let (images, lessons) = draw(self.samples, self.config, seed, part.replica);
+        let (images, targets) = draw(self.samples, self.config, seed, part.replica);
         let output = network.forward(images, &self.config.network, part.device);
-        let (total, report) = loss(output, &lessons, &self.block.symmetry, part.device);
+        let (total, report) = loss(output, &targets, &self.block.symmetry, part.device);
         let tape = total.div_scalar(part.replicas as f32).backward();
         (GradientsParams::from_grads(tape, network), report)
     }
@@ -181,31 +181,31 @@ fn draw(
     config: &TrainConfig,
     seed: SeedTree,
     replica: usize,
-) -> (Vec<f32>, Vec<Lesson>) {
+) -> (Vec<f32>, Vec<Target>) {
     let to = config.network.view;
     let from = stored_view(&to);
     let mut rng = seed.child("replica", replica as u64).rng();
     let part = (config.batch / config.replicas).max(1);
     let mut images = Vec::new();
-    let mut lessons = Vec::new();
+    let mut targets = Vec::new();
     for _ in 0..part {
         let sample = &samples[rng.random_range(0..samples.len())];
         let turn_rad = rng.random::<f32>() * std::f32::consts::TAU;
         images.extend(turned(&sample.depth(), &from, &to, turn_rad));
-        lessons.push(lesson(sample, config, turn_rad));
+        targets.push(target(sample, config, turn_rad));
     }
-    (images, lessons)
+    (images, targets)
 }
 
 /// The good drops of a window turned with it, better ones weighing more.
-fn lesson(sample: &Sample, config: &TrainConfig, turn_rad: f32) -> Lesson {
+fn target(sample: &Sample, config: &TrainConfig, turn_rad: f32) -> Target {
     let turn = Quat::from_rotation_z(turn_rad);
     let best = sample.good.first().map_or(0.0, |g| g.filled);
     let weight = |filled: f32| ((filled - best) / (config.tolerance * best.max(1e-3))).exp();
     let taught = &sample.good[..config.targets.min(sample.good.len())];
     let sum: f32 = taught.iter().map(|g| weight(g.filled)).sum();
     let poses = taught.iter().map(|g| (turn * g.centre, turn * g.rotation, weight(g.filled) / sum));
-    Lesson { poses: poses.collect() }
+    Target { poses: poses.collect() }
 }
 
 fn mean(reports: &[LossReport]) -> LossReport {

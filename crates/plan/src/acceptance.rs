@@ -4,6 +4,10 @@ use crate::{Settings, crane::Reach, stack::Stack, trial::Trial};
 use geom::{HeightMap, Pose, Vec3};
 use scene::{ModelId, PlacementState};
 
+/// A block this much of d_box under another is a leg leaning on it, not a block below it. Free choice: a leg of a tetrapod is 0.3
+/// of its height thick.
+const LEANING: f32 = 0.1;
+
 /// What a block at rest does to the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Impact {
@@ -31,8 +35,7 @@ pub(crate) fn impact(stack: &Stack, model: ModelId, pose: &Pose) -> Impact {
     let part =
         HeightMap { origin: [first.x, first.y], cell_m: surface.cell_m, nx, ny, z_m: Vec::new() };
     let (top, under) = part.top_and_underside(&block.mesh, pose);
-    // Less than this is a leg leaning on another, not a block under another.
-    let slack_m = 0.1 * block.d_box_m;
+    let slack_m = LEANING * block.d_box_m;
     let (mut found, mut covered, mut under_cells) = (Impact::default(), 0, 0);
     for iy in 0..ny {
         for ix in 0..nx {

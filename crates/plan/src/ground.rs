@@ -9,6 +9,15 @@ use geom::{Event, HeightMap, MeshQuery, Observer, PointCloud, Pose, Vec2, Vec3, 
 use scene::{Catalog, Ground, ModelId, Recognised};
 use serde::{Deserialize, Serialize};
 
+/// Fewer known cells than one in so many is told: the rest is interpolated. Free choice.
+const LITTLE_SEEN: usize = 20;
+/// Cells along the longer side at most: a stray point far out must not make the grid huge.
+pub(crate) const MOST_CELLS: f32 = 4000.0;
+/// A cell is compared with those this many block lengths around it: as far as a block on the ground reaches, and one more.
+const RISEN_WITHIN: f32 = 2.0;
+/// Finer cells, in block lengths, are taken for this: what is compared must stay bounded.
+const FINEST_CELL: f32 = 0.1;
+
 /// Settings; lengths are in units of the largest block's box edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -74,7 +83,7 @@ pub fn estimate_ground(
         ));
         return Ground::Level { z_m };
     }
-    if known * 20 < map.z_m.len() {
+    if known * LITTLE_SEEN < map.z_m.len() {
         warn(format!(
             "ground is seen in {known} of {} cells only; the rest is interpolated",
             map.z_m.len()
@@ -159,8 +168,7 @@ fn low_points(
     length_m: f32,
 ) -> HeightMap {
     let bounds = cloud.bounds();
-    // A stray point far out must not make the grid huge.
-    let cell_m = (config.cell * length_m).max((bounds.size().x.max(bounds.size().y)) / 4000.0);
+    let cell_m = (config.cell * length_m).max((bounds.size().x.max(bounds.size().y)) / MOST_CELLS);
     let mut map =
         HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
     let mut heights: Vec<Vec<f32>> = vec![Vec::new(); map.z_m.len()];
@@ -182,7 +190,7 @@ fn low_points(
 /// Empties cells that stand above a cell nearby by more than ground can.
 fn drop_risen_cells(map: &mut HeightMap, config: &GroundConfig, length_m: f32) {
     let known = map.clone();
-    let reach = (2.0 / config.cell.max(0.1)).ceil() as usize;
+    let reach = (RISEN_WITHIN / config.cell.max(FINEST_CELL)).ceil() as usize;
     for iy in 0..map.ny {
         for ix in 0..map.nx {
             let z = known.at(ix, iy);

@@ -18,6 +18,7 @@ mod network_pose;
 mod obstacles;
 mod order;
 pub mod porosity;
+mod quantities;
 mod random_pose;
 mod replan;
 mod rounds;
@@ -41,12 +42,13 @@ pub use generate_and_test::{GenerateConfig, GoodDrop, WindowSample, generate_and
 pub use ground::{GroundConfig, estimate_ground};
 pub use network_pose::{Proposal, Proposer};
 pub use obstacles::with_obstacles;
+pub use quantities::section_quantities;
 pub use site::{PlanInput, block_to_place};
 pub use surfaces::{
     CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces,
 };
 pub use uncertainty::{
-    Case, Percentiles, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
+    Percentiles, PlanVariant, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
 };
 pub use volumes::{OfVolume, plans_over_volumes};
 

@@ -4,7 +4,7 @@
 //! points were measured, so that nothing is planned into them. A survey that the blocks explain leaves the ground as it is.
 
 use crate::GroundConfig;
-use crate::ground::{Accepted, unexplained};
+use crate::ground::{Accepted, MOST_CELLS, unexplained};
 use geom::{Event, HeightMap, Observer, PointCloud, Vec2, Warning};
 use scene::{Catalog, Ground, Recognised};
 
@@ -81,8 +81,7 @@ fn standing(
 ) -> (HeightMap, Vec<u32>) {
     let loose = unexplained(cloud, accepted.points(), accepted, config.near * length_m);
     let bounds = cloud.bounds();
-    // A stray point far out must not make the grid huge.
-    let cell_m = (CELL * length_m).max(bounds.size().x.max(bounds.size().y) / 4000.0);
+    let cell_m = (CELL * length_m).max(bounds.size().x.max(bounds.size().y) / MOST_CELLS);
     let mut tops =
         HeightMap::empty(bounds.min.truncate(), bounds.max.truncate() + Vec2::splat(1e-3), cell_m);
     let seen = counts(&tops, cloud);

@@ -6,6 +6,9 @@ use geom::{Pose, SeedTree, Vec3};
 use rand::{Rng, RngExt};
 use scene::{ModelId, Placement, PlacementState};
 
+/// Height above first contact from which a block falls, in d_box. Free choice: far enough not to touch, near enough not to bounce.
+const CLEARANCE: f32 = 0.05;
+
 /// Poses drawn until one lies inside the boundary.
 const DRAWS: usize = 8;
 
@@ -53,7 +56,7 @@ pub(crate) fn pose(
     rng: &mut impl Rng,
 ) -> Option<Pose> {
     let block = stack.catalog.get(model);
-    let clearance_m = 0.05 * block.d_box_m;
+    let clearance_m = CLEARANCE * block.d_box_m;
     for _ in 0..DRAWS {
         let rotation = attitudes::random(rng);
         let mut jitter_m = || (2.0 * rng.random::<f32>() - 1.0) * settings.jitter_m;

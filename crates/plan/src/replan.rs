@@ -11,6 +11,11 @@ use scene::{
     InstanceId, PlacedBlock, Placement, PlacementState, Plan, PoseLimits, PosedModel, same_block,
 };
 
+/// A placement still holds if its block comes to rest within this part of the displacement that any block is allowed,
+const SAME_PLACE: f32 = 0.25;
+/// and turned by no more than this. Free choices: an unchanged neighbourhood gives 0 for both.
+const SAME_TURN_RAD: f32 = 0.1;
+
 /// Placements of `previous` that are still to do and still hold; they are in the stack afterwards.
 pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec<Placement> {
     let settings = &site.settings;
@@ -39,7 +44,7 @@ pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec
     carried.into_iter().map(|(_, p)| p).collect()
 }
 
-/// Whether a block of this type stands within a quarter of its size of the planned place.
+/// Whether a block of this type stands near enough to the planned place.
 fn is_built(stack: &Stack, p: &Placement) -> bool {
     let block = stack.catalog.get(p.model);
     let (planned, limits) = (PosedModel::new(block, p.rest), PoseLimits::same_place(block));
@@ -56,8 +61,10 @@ fn still_holds(site: &Site, stack: &Stack, p: &Placement, limit_m: f32) -> Optio
         return None;
     }
     let again = rounds::attempt(site, stack, &p.drop, limit_m, p.round);
-    let limits =
-        PoseLimits { displacement_m: 0.25 * site.settings.displacement_limit_m, rotation_rad: 0.1 };
+    let limits = PoseLimits {
+        displacement_m: SAME_PLACE * site.settings.displacement_limit_m,
+        rotation_rad: SAME_TURN_RAD,
+    };
     let rests = |pose| PosedModel::new(block, pose);
     let same = same_block(&rests(again.rest), &rests(p.rest), limits);
     (again.state == PlacementState::Kept && same).then(|| p.clone())

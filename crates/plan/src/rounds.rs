@@ -14,6 +14,10 @@ use geom::{Event, Observer, Pose, SeedTree, Vec2, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
 
+/// Windows whose middles are nearer than this part of a window stand for one place: a failure in one closes the other. Free choice
+/// just below one half, where they begin to share most of their area.
+const SAME_WINDOW: f32 = 0.45;
+
 /// A window in which nothing could be placed while its surroundings were as they were at `tick`.
 struct Failure {
     place: Vec2,
@@ -26,17 +30,17 @@ struct Failure {
 pub(crate) struct Filled {
     /// Every block tried, with the deficit of its window; kept ones are in the stack.
     pub tried: Vec<(Placement, f32)>,
-    /// Deficit from and to which a failure kept a larger window shut: with a minimum volume in between it would not have.
-    shut: Vec<(f32, f32)>,
+    /// Deficit from and to which a failure kept a larger window closed: with a minimum volume in between it would not have.
+    closed: Vec<(f32, f32)>,
 }
 
 impl Filled {
     /// Whether the same rounds with a larger minimum volume would have kept the same blocks. Windows are served largest
-    /// deficit first, so smaller ones matter to larger ones only by a block they got or a failure that shut one.
+    /// deficit first, so smaller ones matter to larger ones only by a block they got or a failure that closed one.
     pub fn holds_for(&self, minimum_volume_m3: f32) -> bool {
         let v = minimum_volume_m3;
         self.tried.iter().all(|(p, deficit_m3)| p.state != PlacementState::Kept || *deficit_m3 > v)
-            && self.shut.iter().all(|(from, to)| v < *from || v >= *to)
+            && self.closed.iter().all(|(from, to)| v < *from || v >= *to)
     }
 }
 
@@ -60,22 +64,22 @@ pub(crate) fn fill(
         failures.retain(|f| {
             stack.last_change(f.place.x, f.place.y, settings.window_m + block.d_max_m) <= f.tick
         });
-        let mut shut = Vec::new();
+        let mut closed = Vec::new();
         let open = |w: &Window| {
             if !site.reach.as_ref().is_none_or(|r| r.covers(w.centre)) {
                 return false;
             }
             let near = failures
                 .iter()
-                .filter(|f| (f.place - w.centre).length() < 0.45 * settings.window_m);
+                .filter(|f| (f.place - w.centre).length() < SAME_WINDOW * settings.window_m);
             let Some(largest_m3) = near.map(|f| f.deficit_m3).reduce(f32::max) else { return true };
             if largest_m3 < w.deficit_m3 {
-                shut.push((largest_m3, w.deficit_m3));
+                closed.push((largest_m3, w.deficit_m3));
             }
             false
         };
         let windows = windows::detect(&stack.surface, &stack.design, settings, open);
-        filled.shut.append(&mut shut);
+        filled.closed.append(&mut closed);
         if windows.is_empty() {
             if round == 1 {
                 let message = nothing_to_do(stack, settings.minimum_volume_m3);

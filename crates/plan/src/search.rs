@@ -16,6 +16,23 @@ use geom::{Pose, SeedTree, Vec2, Vec3};
 use scene::{BlockModel, ModelId, Placement, PlacementState};
 use std::ops::RangeInclusive;
 
+/// A block settles this much, in d_box, below where it first touches: so much more overflow is let through to the drop.
+const SETTLES: f32 = 0.05;
+/// Lowest poses scored in full for each that is verified. Free choice: bounds the sorting.
+const SCORED_FOR_EACH: usize = 64;
+/// Candidates nearer than this, in d_box,
+const SAME_PLACE: f32 = 0.1;
+/// and turned by less against each other are one. Free choices: they would come to rest alike.
+const SAME_TURN_RAD: f32 = 0.5;
+/// Height above first contact from which a verified candidate falls, in d_box: the raster's own error.
+const CLEARANCE: f32 = 0.005;
+/// A gap below this, in d_box, is contact. Free choice: somewhat less than a raster cell for blocks of 2 m.
+const CONTACT: f32 = 0.04;
+/// What a pose that will tip over is charged, in d_box of height. Free choice.
+const TIPS: f32 = 0.15;
+/// Widest gap between the directions of its contacts on which a block stands: a little less than half a turn.
+const WIDEST_GAP_RAD: f32 = 0.95 * std::f32::consts::PI;
+
 /// Attitudes prepared once for the block and the raster.
 pub(crate) struct Attitudes {
     silhouettes: Vec<Silhouette>,
@@ -110,9 +127,8 @@ pub(crate) fn candidates(
     let Some(patch) = Patch::around(stack, settings, window.centre, half + reach) else {
         return Vec::new();
     };
-    // It settles a little deeper than where it first touches.
-    let allowed_m = settings.overflow_m + 0.05 * block.d_box_m;
-    let mut lowest = Lowest::new(64 * verify, allowed_m);
+    let allowed_m = settings.overflow_m + SETTLES * block.d_box_m;
+    let mut lowest = Lowest::new(SCORED_FOR_EACH * verify, allowed_m);
     for (a, silhouette) in silhouettes.iter().enumerate() {
         let places = places(a);
         for py in places.y.step_by(places.step) {
@@ -204,11 +220,11 @@ fn distinct(
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in scored {
         let differs = kept.iter().all(|k| {
-            (k.centre - candidate.centre).length() > 0.1 * block.d_box_m
+            (k.centre - candidate.centre).length() > SAME_PLACE * block.d_box_m
                 || block.symmetry.rotation_error_rad(
                     silhouettes[k.attitude].rotation,
                     silhouettes[candidate.attitude].rotation,
-                ) > 0.5
+                ) > SAME_TURN_RAD
         });
         if differs {
             kept.push(candidate);
@@ -225,7 +241,7 @@ fn distinct(
 pub(crate) fn best(site: &Site, stack: &Stack, found: &[Candidate], round: u32) -> Vec<Placement> {
     let block = stack.catalog.get(site.model);
     let weights = &site.settings.search;
-    let clearance_m = 0.005 * block.d_box_m;
+    let clearance_m = CLEARANCE * block.d_box_m;
     let area = block.volume_m3.powf(2.0 / 3.0);
     let mut failed: Vec<(usize, Placement)> = Vec::new();
     let mut resting = Vec::new();
@@ -352,7 +368,7 @@ impl Patch {
         settings: &Settings,
     ) -> f32 {
         let side = silhouette.side();
-        let near_m = 0.04 * block.d_box_m;
+        let near_m = CONTACT * block.d_box_m;
         let (mut trapped, mut protruding) = (0.0_f32, 0.0_f32);
         let mut contacts: Vec<Vec2> = Vec::new();
         for (j, &(first, end)) in silhouette.rows.iter().enumerate() {
@@ -377,7 +393,7 @@ impl Patch {
             }
         }
         let area = settings.cell_m * settings.cell_m / block.volume_m3.powf(2.0 / 3.0);
-        let tips = if surrounds(&contacts) { 0.0 } else { 0.15 * block.d_box_m };
+        let tips = if surrounds(&contacts) { 0.0 } else { TIPS * block.d_box_m };
         settings.search.trapped_weight * trapped * area
             + settings.search.protrusion_weight * protruding * area
             + tips
@@ -392,5 +408,5 @@ fn surrounds(points: &[Vec2]) -> bool {
     let Some((&first, &last)) = angles.first().zip(angles.last()) else { return false };
     let widest =
         angles.windows(2).map(|w| w[1] - w[0]).fold(first + std::f32::consts::TAU - last, f32::max);
-    widest < 0.95 * std::f32::consts::PI
+    widest < WIDEST_GAP_RAD
 }

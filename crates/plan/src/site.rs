@@ -12,6 +12,11 @@ use rand::RngExt;
 use scene::{Catalog, DesignSurface, ModelId, PlacedBlock, Scene, SiteFrame};
 use sim::{BlockShape, World};
 
+/// Overlap of two recognised blocks, in d_box, that is told: what METHOD §5 lets a right pose be off by.
+const DEEP: f32 = 0.1;
+/// A design farther than this from every block, in d_max, lies elsewhere. Free choice: a wrong coordinate system is off by kilometres.
+const ELSEWHERE: f64 = 10.0;
+
 /// More cells than this (2.4 GB of maps) is a mistake in the coordinates.
 const MOST_CELLS: u64 = 200_000_000;
 
@@ -91,7 +96,7 @@ pub(crate) fn prepare<'a>(
     if pairs > 0 {
         warn(format!(
             "{pairs} pairs of recognised blocks overlap by more than {:.2} m (deepest {deepest_m:.2} m); they stay as they are, but check their poses",
-            0.1 * block.d_box_m
+            DEEP * block.d_box_m
         ));
     }
     let poses = match settings.policy {
@@ -155,7 +160,7 @@ fn check_place(input: &PlanInput) -> Result<(), PlanError> {
         beyond(at.x, 0).hypot(beyond(at.y, 1))
     };
     let nearest = input.scene.blocks.iter().map(away).fold(f64::INFINITY, f64::min);
-    let limit = 10.0 * f64::from(input.catalog.d_max_m());
+    let limit = ELSEWHERE * f64::from(input.catalog.d_max_m());
     if nearest.is_finite() && nearest > limit {
         let crs = if input.frame.crs.is_empty() {
             "local coordinates".into()
@@ -167,7 +172,7 @@ fn check_place(input: &PlanInput) -> Result<(), PlanError> {
     Ok(())
 }
 
-/// Pairs of existing blocks that overlap by more than a tenth of a block, and the deepest overlap.
+/// Pairs of existing blocks that overlap too deeply, and the deepest overlap.
 fn overlaps(input: &PlanInput, shapes: &[BlockShape], settings: &Settings) -> (usize, f32) {
     let mut world = World::new(&settings.physics);
     let ids: Vec<_> = input
@@ -188,7 +193,7 @@ fn overlaps(input: &PlanInput, shapes: &[BlockShape], settings: &Settings) -> (u
             .contacts(id)
             .into_iter()
             .filter(|c| {
-                c.depth_m > 0.1 * d_box_m
+                c.depth_m > DEEP * d_box_m
                     && matches!(c.other, sim::Touched::Block(other) if other > id)
             })
             .inspect(|c| deepest = deepest.max(c.depth_m))

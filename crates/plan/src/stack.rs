@@ -5,6 +5,9 @@ use geom::{HeightMap, Pose, Vec2, Vec3};
 use scene::{Catalog, DesignSurface, Ground, ModelId, PlacedBlock, SiteFrame};
 use sim::BlockShape;
 
+/// A block within solid walls is judged drawn in to this part about its centre: it may press into a wall by a hundredth.
+const WITHIN_WALLS: f32 = 0.98;
+
 /// Blocks so far and the surface they make.
 pub(crate) struct Stack<'a> {
     pub catalog: &'a Catalog,
@@ -124,7 +127,7 @@ impl<'a> Stack<'a> {
     pub fn is_inside(&self, model: ModelId, pose: &Pose, inside: Inside) -> bool {
         let model = self.catalog.get(model);
         let has_design = |p: Vec3| self.design_level_m(p.x, p.y).is_finite();
-        let share = if self.walls.is_empty() { 1.0 } else { 0.98 };
+        let share = if self.walls.is_empty() { 1.0 } else { WITHIN_WALLS };
         let drawn_in = |v: Vec3| *pose * (model.centre + (v - model.centre) * share);
         let whole = || model.mesh.vertices.iter().all(|&v| has_design(drawn_in(v)));
         has_design(*pose * model.centre) && (inside == Inside::Centre || whole())

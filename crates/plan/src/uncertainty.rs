@@ -35,7 +35,7 @@ impl Default for UncertaintyConfig {
 
 /// One plan of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Case {
+pub struct PlanVariant {
     /// Minimum volume v.
     pub minimum_volume_m3: f32,
     /// Overflow threshold f.
@@ -76,7 +76,7 @@ pub struct ThresholdRange {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Uncertainty {
     /// Every plan: v outermost, then f, then the seed.
-    pub cases: Vec<Case>,
+    pub cases: Vec<PlanVariant>,
     /// Blocks over all cases.
     pub blocks: Percentiles,
     /// The same for each (v, f), v outermost.
@@ -112,7 +112,7 @@ pub fn uncertainty(
     let overflows = or_own(&study.overflow_m, settings.overflow_m);
     let total = volumes.len() * overflows.len() * study.seeds as usize;
     observer.event(geom::Event::Started { stage: "uncertainty", total: total as u64 });
-    let mut cases: Vec<(usize, Case)> = Vec::with_capacity(total);
+    let mut cases: Vec<(usize, PlanVariant)> = Vec::with_capacity(total);
     for (row, &f) in overflows.iter().enumerate() {
         let varied = PlanConfig { overflow_m: Some(f), ..config.clone() };
         for number in 0..study.seeds {
@@ -131,7 +131,7 @@ pub fn uncertainty(
                 let (v, summary) = (of.minimum_volume_m3, of.plan.summary);
                 cases.push((
                     place,
-                    Case { minimum_volume_m3: v, overflow_m: f, seed: number, summary },
+                    PlanVariant { minimum_volume_m3: v, overflow_m: f, seed: number, summary },
                 ));
             }
             observer
@@ -139,7 +139,7 @@ pub fn uncertainty(
         }
     }
     cases.sort_by_key(|(place, _)| *place);
-    let cases: Vec<Case> = cases.into_iter().map(|(_, case)| case).collect();
+    let cases: Vec<PlanVariant> = cases.into_iter().map(|(_, case)| case).collect();
     observer.event(geom::Event::Finished { stage: "uncertainty" });
     let by_thresholds = cases.chunks(study.seeds as usize).map(of_thresholds).collect();
     let median = median_case(&cases).summary;
@@ -159,14 +159,14 @@ pub fn uncertainty(
     })
 }
 
-fn percentiles(cases: &[Case]) -> Percentiles {
+fn percentiles(cases: &[PlanVariant]) -> Percentiles {
     let mut counts: Vec<f32> = cases.iter().map(|c| c.summary.blocks as f32).collect();
     counts.sort_by(f32::total_cmp);
     Percentiles { p10: at(&counts, 0.1), p50: at(&counts, 0.5), p90: at(&counts, 0.9) }
 }
 
 /// Cases of one (v, f), at least one.
-fn of_thresholds(cases: &[Case]) -> ThresholdRange {
+fn of_thresholds(cases: &[PlanVariant]) -> ThresholdRange {
     let mean = |of: fn(&PlanSummary) -> f32| {
         (cases.iter().map(|c| f64::from(of(&c.summary))).sum::<f64>() / cases.len() as f64) as f32
     };
@@ -186,8 +186,8 @@ fn at(sorted: &[f32], share: f32) -> f32 {
     sorted[low] + (sorted[high] - sorted[low]) * (place - low as f32)
 }
 
-fn median_case(cases: &[Case]) -> &Case {
-    let mut order: Vec<&Case> = cases.iter().collect();
+fn median_case(cases: &[PlanVariant]) -> &PlanVariant {
+    let mut order: Vec<&PlanVariant> = cases.iter().collect();
     order.sort_by_key(|c| c.summary.blocks);
     order[order.len() / 2]
 }

@@ -2,7 +2,7 @@
 //!
 //! Windows are served largest deficit first and nothing a small window does reaches a larger one of its round. So the plan
 //! of a larger v is that of a smaller one without its small windows, unless one of those got a block or a failure in
-//! one kept a larger window shut. The rounds remember both; where neither happened the plan is taken over, bit for bit
+//! one kept a larger window closed. The rounds remember both; where neither happened the plan is taken over, bit for bit
 //! what planning it would give.
 
 use crate::{PlanConfig, PlanError, PlanInput, finished, rounds, site, summary};

@@ -21,13 +21,28 @@ fn main() {
     if a[2] == "facts" {
         let survey = scene::Survey { cloud: PointCloud::from_positions(p), ..Default::default() };
         let f = pose::survey_facts::SurveyFacts::of(&survey, 1.29);
-        println!("{} uneven {:.1} dup {:.2} lattice {:?} regions {:?}", f.sentence(), f.unevenness, f.duplicates, f.lattice, f.scatter.regions.iter().map(|r| (r.scatter_m * 1e3).round()).collect::<Vec<_>>());
+        println!(
+            "{} uneven {:.1} dup {:.2} lattice {:?} regions {:?}",
+            f.sentence(),
+            f.unevenness,
+            f.duplicates,
+            f.lattice,
+            f.scatter.regions.iter().map(|r| (r.scatter_m * 1e3).round()).collect::<Vec<_>>()
+        );
         let m = blocks::shape_model("b", scene::Shape::Tetrapod { size: 2.0 }, 2300.0).unwrap();
-        for l in f.limits(&m) { println!("  LIMIT {l}"); }
+        for l in f.limits(&m) {
+            println!("  LIMIT {l}");
+        }
         if let (Some(l), Some(out)) = (&f.lattice, a.get(3)) {
             let g = pose::gridded::Gridded::new(&survey, l);
             println!("  grid error {:.3} kept {} of {}", g.error_rms_m(), g.index.len(), f.points);
-            let text: String = g.survey.cloud.position_m.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)).collect();
+            let text: String = g
+                .survey
+                .cloud
+                .position_m
+                .iter()
+                .map(|p| format!("{} {} {}\n", p.x, p.y, p.z))
+                .collect();
             std::fs::write(out, text).unwrap();
         }
         return;

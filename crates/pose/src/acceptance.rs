@@ -8,6 +8,7 @@
 use crate::EvidenceConfig;
 use crate::evidence::{Evidence, overlap_m2, shared_inside};
 use crate::fit::CentredPose;
+use crate::ground::Ground;
 use crate::measured::Measured;
 use crate::template::Template;
 
@@ -32,14 +33,17 @@ pub struct Acceptance {
     pub taken: Vec<f32>,
 }
 
-/// Accepts greedily until nothing adds enough.
+/// Accepts greedily until nothing adds enough. The points of the `ground` are explained from the start, as well as it
+/// explains them.
 pub fn accept(
     candidates: &[Candidate],
     templates: &[Template],
     measured: &Measured,
+    ground: Option<&Ground>,
     config: &EvidenceConfig,
 ) -> Acceptance {
-    let mut taken = vec![0.0_f32; measured.position.len()];
+    let mut taken =
+        ground.map_or_else(|| vec![0.0_f32; measured.position.len()], |g| g.explained.clone());
     let mut accepted: Vec<(usize, f32)> = Vec::new();
     // Lost to overlap with accepted blocks, in halves of the surface.
     let mut lost = vec![0.0_f32; candidates.len()];

@@ -1,9 +1,11 @@
 //! Probability that pose and type are right, from the features the verification leaves.
 //!
-//! A logistic function of a few features, fitted by `tools/oracle/fit_confidence.py` on piles of several shapes, sensors
-//! and kinds of segmentation, and checked on other piles (docs/bench/poses.md). The features are pure numbers, so that one
-//! function serves blocks of all sizes: what decides is how well the pose is held, how much of what ought to be seen
-//! is seen and how near the points lie, hardly how many they are.
+//! A logistic function of a few features. The features are pure numbers, so that one function serves blocks of all
+//! sizes; half of them compare a block with its neighbours and rivals, the others say how good it is by itself, because a
+//! fault that all blocks of a survey share shows in no comparison. The weights are fitted by the example
+//! `fit_confidence` to piles of several shapes and sensors and to scenes without any of the blocks looked for.
+
+use std::sync::LazyLock;
 
 /// What the verification knows of an accepted block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,26 +32,59 @@ pub struct Features {
     pub rival: f32,
     /// By how many nats the type beats the next; infinite with one type.
     pub type_margin: f32,
+    /// Mean distance of its points over the survey's noise.
+    pub noisy: f32,
+    /// Share of the points of a shell of several reaches that lie on it.
+    pub shell: f32,
+    /// Mean distance of the points on it, over d_max.
+    pub off: f32,
+    /// How far whole pieces of its surface are off together, over d_max.
+    pub bias: f32,
+    /// Share of the surface that ought to be seen and has points at it.
+    pub covered: f32,
+    /// Share of its inside that a sensor looked through.
+    pub hollow: f32,
+    /// By how much another size would fit it better, the logarithm's amount.
+    pub scale: f32,
+    /// Share of the points around it that blocks explain, those of the bed aside.
+    pub around: f32,
+    /// The same of the whole survey.
+    pub explained: f32,
     /// Its points lie in a plane that goes on beside it, and better than on the block: they say nothing of a block.
     pub in_a_plane: bool,
 }
 
 /// Numbers of [`Features::terms`].
-pub const TERMS: usize = 10;
+pub const TERMS: usize = 20;
 
-/// Fitted weights of the features; the first is the constant's.
-const WEIGHTS: [f32; TERMS] =
-    [-13.959, 0.096, 5.110, 5.317, 9.649, -0.499, -8.375, -0.919, -15.760, -6.235];
+/// Their names, as `fitted/confidence.txt` calls them.
+pub const NAMES: [&str; TERMS] = [
+    "constant",
+    "ln-area",
+    "fit",
+    "own",
+    "agreement",
+    "against",
+    "shared",
+    "ln-sd",
+    "ln-rough",
+    "rival",
+    "ln-noisy",
+    "shell",
+    "ln-off",
+    "ln-bias",
+    "covered",
+    "hollow",
+    "scale",
+    "around",
+    "explained",
+    "in-a-plane",
+];
+
+/// Weights as fitted by the example `fit_confidence`; the file says to what.
+const FITTED: &str = include_str!("../fitted/confidence.txt");
 /// Other poses explain this much of most well held blocks' points too.
 const RIVAL_FREE: f32 = 0.5;
-/// Share of right blocks among those the weights were fitted to.
-const FITTED_SHARE: f32 = 0.9;
-/// So many blocks' worth is the fitted share believed against a pile's own.
-const PRIOR_BLOCKS: f32 = 10.0;
-/// Bound of the shift.
-const MOST_SHIFT: f32 = 2.5;
-/// Rounds of expectation maximisation.
-const PRIOR_ROUNDS: usize = 100;
 /// How much of a nat of type margin is a fact: points err together, sensors have biases. Fitted by hand to cubes and
 /// tetrapods 6 % apart: of 31 cubes below 10 nats 17 had the right type, of 24 from 10 to 20 18, of 110 above all.
 const TYPE_SLOPE: f32 = 0.1;
@@ -57,7 +92,7 @@ const TYPE_SLOPE: f32 = 0.1;
 const TYPE_GROWTH: f32 = 0.0025;
 
 impl Features {
-    /// What the logistic function is linear in.
+    /// What the logistic function is linear in, in the order of [`NAMES`].
     pub fn terms(&self) -> [f32; TERMS] {
         [
             1.0,
@@ -70,49 +105,48 @@ impl Features {
             self.turn_sd.max(self.shift_sd).max(0.02).ln().clamp(-3.0, 1.0),
             self.rough.max(1e-3).ln().clamp(0.0, 1.5),
             (self.rival - RIVAL_FREE).clamp(0.0, 0.7),
+            self.noisy.max(1e-3).ln().clamp(-0.5, 1.5),
+            self.shell,
+            self.off.max(1e-4).ln().clamp(-5.5, -3.0),
+            self.bias.max(1e-4).ln().clamp(-6.0, -3.0),
+            self.covered,
+            self.hollow.min(0.3),
+            self.scale.min(0.1),
+            self.around,
+            self.explained,
+            f32::from(u8::from(self.in_a_plane)),
         ]
-    }
-}
-
-/// How sure one may be of a block of this pile before looking at its features: in a pile of nothing but catalogue blocks
-/// surer than among foreign blocks. Found from the features of all blocks by expectation maximisation: the share of right
-/// blocks is the mean of the probabilities that it leads to (Saerens, Latinne, Decaestecker 2002).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PilePrior {
-    /// By how much the log-odds of every block move.
-    shift: f32,
-}
-
-impl PilePrior {
-    /// From the features of all accepted blocks of a pile.
-    pub fn of(features: &[Features]) -> Self {
-        let log_odds: Vec<f32> = features.iter().map(log_odds).collect();
-        let mut shift = 0.0_f32;
-        for _ in 0..PRIOR_ROUNDS {
-            let right: f32 = log_odds.iter().map(|z| logistic(z + shift)).sum();
-            let share =
-                (right + PRIOR_BLOCKS * FITTED_SHARE) / (log_odds.len() as f32 + PRIOR_BLOCKS);
-            shift = (logit(share) - logit(FITTED_SHARE)).clamp(-MOST_SHIFT, MOST_SHIFT);
-        }
-        Self { shift }
     }
 
     /// The probability that the pose is right, in [0, 1].
-    pub fn confidence(&self, features: &Features) -> f32 {
-        logistic(log_odds(features) + self.shift)
+    pub fn confidence(&self) -> f32 {
+        static WEIGHTS: LazyLock<[f32; TERMS]> = LazyLock::new(|| {
+            weights(FITTED).expect("the file is part of the program and a test reads it")
+        });
+        logistic(self.terms().iter().zip(WEIGHTS.iter()).map(|(f, w)| f * w).sum())
     }
 }
 
-fn log_odds(features: &Features) -> f32 {
-    features.terms().iter().zip(WEIGHTS).map(|(f, w)| f * w).sum()
+/// The weights a fitted file gives: a name and a number a line, `#` begins a remark. The error says which line is wrong.
+fn weights(text: &str) -> Result<[f32; TERMS], String> {
+    let lines =
+        text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
+    let mut found = [0.0; TERMS];
+    let mut count = 0;
+    for (n, line) in lines {
+        let wrong = || format!("line {}: `{line}` should give the weight of a feature", n + 1);
+        let (name, value) = line.split_once(' ').ok_or_else(wrong)?;
+        if NAMES.get(count) != Some(&name) {
+            return Err(format!("{}: expected `{}`", wrong(), NAMES.get(count).unwrap_or(&"end")));
+        }
+        found[count] = value.trim().parse().map_err(|_| wrong())?;
+        count += 1;
+    }
+    if count == TERMS { Ok(found) } else { Err(format!("{count} of {TERMS} weights")) }
 }
 
 fn logistic(z: f32) -> f32 {
     1.0 / (1.0 + (-z).exp())
-}
-
-fn logit(p: f32) -> f32 {
-    (p / (1.0 - p)).ln()
 }
 
 /// The probability that the type is right if the pose is, in [0, 1].
@@ -125,69 +159,57 @@ mod tests {
     use super::*;
 
     #[test]
-    fn better_signs_never_lower_it() {
-        let plain = Features {
-            area: 0.2,
-            fit: 0.7,
-            own: 0.9,
-            agreement: 0.8,
-            against: 0.2,
-            shared: 0.05,
-            shift_sd: 0.1,
-            turn_sd: 0.5,
-            rough: 1.5,
-            rival: 0.8,
-            type_margin: 5.0,
-            in_a_plane: false,
-        };
-        let confidence = |features: &Features| PilePrior { shift: 0.0 }.confidence(features);
-        let base = confidence(&plain);
-        for better in [
-            Features { area: 0.3, ..plain },
-            Features { fit: 0.8, ..plain },
-            Features { own: 1.0, ..plain },
-            Features { agreement: 0.9, ..plain },
-            Features { against: 0.1, ..plain },
-            Features { shared: 0.0, ..plain },
-            Features { turn_sd: 0.3, ..plain },
-            Features { rough: 1.2, ..plain },
-            Features { rival: 0.55, ..plain },
-        ] {
-            assert!(confidence(&better) > base, "{better:?}");
-        }
-        assert!(type_confidence(&Features { type_margin: 9.0, ..plain }) > type_confidence(&plain));
-        assert_eq!(type_confidence(&Features { type_margin: f32::INFINITY, ..plain }), 1.0);
-        assert!((0.0..=1.0).contains(&confidence(&Features { turn_sd: f32::INFINITY, ..plain })));
+    fn the_fitted_file_names_every_feature() {
+        assert!(weights(FITTED).unwrap().iter().any(|w| *w != 0.0));
+        assert!(weights("constant 1\narea 2").unwrap_err().contains("line 2"));
+        assert!(weights("constant 1").is_err());
     }
 
     #[test]
-    fn a_doubtful_block_is_believed_among_good_ones_and_not_among_strangers() {
-        let good = Features {
-            area: 0.5,
-            fit: 0.95,
-            own: 1.0,
-            agreement: 0.97,
-            shift_sd: 0.01,
-            turn_sd: 0.05,
-            rough: 1.0,
-            rival: 0.4,
-            ..Features::default()
+    fn better_features_never_lower_it() {
+        let plain = Features {
+            area: 0.2,
+            fit: 0.8,
+            own: 0.9,
+            agreement: 0.9,
+            against: 0.1,
+            shared: 0.01,
+            shift_sd: 0.05,
+            turn_sd: 0.2,
+            rough: 1.3,
+            rival: 0.8,
+            type_margin: 5.0,
+            noisy: 1.3,
+            shell: 0.8,
+            off: 0.012,
+            bias: 0.01,
+            covered: 0.85,
+            hollow: 0.05,
+            scale: 0.03,
+            around: 0.7,
+            explained: 0.7,
+            in_a_plane: false,
         };
-        let foreign = Features { rough: 4.0, rival: 0.95, agreement: 0.7, fit: 0.6, ..good };
-        let doubtful =
-            Features { rough: 1.25, agreement: 0.85, fit: 0.8, turn_sd: 0.2, rival: 0.8, ..good };
-        let pile = |of: &Features| {
-            let mut features = vec![*of; 40];
-            features.push(doubtful);
-            PilePrior::of(&features).confidence(&doubtful)
-        };
-        let alone = PilePrior::of(&[doubtful]).confidence(&doubtful);
-        assert!(
-            pile(&good) > alone && alone > pile(&foreign),
-            "{} {alone} {}",
-            pile(&good),
-            pile(&foreign)
-        );
-        assert!(PilePrior::of(&[]).shift.abs() < 1e-5);
+        let base = plain.confidence();
+        for better in [
+            Features { area: 0.3, ..plain },
+            Features { fit: 0.9, ..plain },
+            Features { agreement: 0.97, ..plain },
+            Features { shared: 0.0, ..plain },
+            Features { turn_sd: 0.1, ..plain },
+            Features { rival: 0.55, ..plain },
+            Features { shell: 0.95, ..plain },
+            Features { bias: 0.005, ..plain },
+            Features { covered: 0.95, ..plain },
+            Features { hollow: 0.0, ..plain },
+            Features { scale: 0.0, ..plain },
+            Features { around: 0.9, ..plain },
+        ] {
+            assert!(better.confidence() >= base, "{better:?}");
+        }
+        assert!(type_confidence(&Features { type_margin: 9.0, ..plain }) > type_confidence(&plain));
+        assert_eq!(type_confidence(&Features { type_margin: f32::INFINITY, ..plain }), 1.0);
+        let free = Features { turn_sd: f32::INFINITY, ..plain };
+        assert!((0.0..=1.0).contains(&free.confidence()));
     }
 }

@@ -25,6 +25,22 @@ pub enum Places {
     Windows,
 }
 
+/// A plane in the survey's local frame: `normal · p = offset_m`, blocks on the normal's side.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StatedPlane {
+    /// Unit normal, pointing up.
+    pub normal: [f32; 3],
+    /// Distance from the local origin along the normal, metres.
+    pub offset_m: f32,
+}
+
+impl From<StatedPlane> for geom::Plane {
+    fn from(plane: StatedPlane) -> Self {
+        Self { normal: geom::Vec3::from_array(plane.normal), offset_m: plane.offset_m }
+    }
+}
+
 /// Everything the stage can be told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -35,6 +51,8 @@ pub struct PoseConfig {
     pub places: Places,
     /// Standard deviation of a point, metres; absent: from the sensor's kind and, on levelled lines, from their scatter.
     pub noise_sd_m: Option<f32>,
+    /// The bed under the pile where it is known; absent: asked of the points, with the blocks as rivals.
+    pub bed: Option<StatedPlane>,
     /// Survey lines that the file tells apart are laid onto each other first.
     pub levelling: bool,
     /// Hypotheses compete for the points and are judged two-sidedly; off: one block a segment.
@@ -59,6 +77,7 @@ impl Default for PoseConfig {
             method: Method::SdfSearch,
             places: Places::Segments,
             noise_sd_m: None,
+            bed: None,
             levelling: true,
             verification: true,
             re_search: true,
@@ -251,6 +270,13 @@ impl PoseConfig {
             ("ppf.window", p.window, 0.1, 100.0, "must be 0.1 to 100"),
             ("ppf.refined", p.refined as f32, 1.0, 1e3, "must be 1 or more"),
         ];
+        if let Some(bed) = &self.bed {
+            let length = geom::Vec3::from_array(bed.normal).length();
+            if !((length - 1.0).abs() < 1e-3 && bed.offset_m.is_finite() && bed.normal[2] > 0.0) {
+                let rule = "the normal must be a unit vector that points up";
+                return Err(PoseError::BadConfig { key: "bed", value: f64::from(length), rule });
+            }
+        }
         for (key, value, low, high, rule) in rules {
             if !(low..=high).contains(&value) || (key == "noise_sd_m" && value == 0.0) {
                 return Err(PoseError::BadConfig { key, value: f64::from(value), rule });

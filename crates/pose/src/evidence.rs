@@ -2,8 +2,8 @@
 //!
 //! For: measured points within reach of a face that the sensor could see, each with the area it stands for.
 //! Against: measured points deep inside the solid, surface in free space that the sensor looked through, surface
-//! below the bed. A one-sided fit cannot tell a face of a small block from a part of a larger one; the surface that
-//! should have been seen and was not can (METHOD §4).
+//! beyond the walls of a bin. A one-sided fit cannot tell a face of a small block from a part of a larger one; the
+//! surface that should have been seen and was not can (METHOD §4).
 
 use crate::EvidenceConfig;
 use crate::fit::{CentredPose, agreement};

@@ -1,14 +1,18 @@
 //! The features of an accepted block: what speaks for and against it in the context it is stated in.
 //!
-//! In: the accepted blocks at their final poses with their points, and every candidate there was. Out: the numbers that
-//! the confidence is a function of.
+//! In: the accepted blocks at their final poses with their points, every candidate there was and the bed. Out: the
+//! numbers that the confidence is a function of.
 
 use crate::EvidenceConfig;
+use crate::absolute::{Absolute, CommonSize, common_size};
 use crate::acceptance::{Candidate, overlap_tolerance_m};
 use crate::confidence::Features;
-use crate::evidence::{Evidence, shared_inside, weigh};
-use crate::finish::{Accepted, distance_m, fit_points};
+use crate::evidence::{Evidence, reach_m, shared_inside, weigh};
+use crate::finish::{Accepted, distance_m, fit_points, largest_sd};
+use crate::ground::Ground;
 use crate::measured::Measured;
+use crate::rivals::forced;
+use crate::shell::Shells;
 use crate::template::Template;
 use geom::Vec3;
 use rayon::prelude::*;
@@ -25,6 +29,9 @@ const FLATTER: f32 = 0.7;
 /// A plane goes on when it holds so many more points beside a block's own.
 const GOES_ON: f32 = 0.5;
 
+/// What is explained around a block is asked within so many d_max.
+const AROUND: f32 = 1.5;
+
 /// Everything a block is compared with.
 pub struct Context<'a> {
     blocks: &'a [Accepted],
@@ -33,6 +40,13 @@ pub struct Context<'a> {
     measured: &'a Measured,
     /// How far points lie from the blocks of this survey, metres: the median, each block counted by what it explains.
     typical_m: f32,
+    /// What each block is by itself.
+    absolute: Vec<Absolute>,
+    /// The size that fits all blocks best.
+    pub size: Option<CommonSize>,
+    shells: Shells,
+    /// Share of the points that blocks explain, those of the bed aside.
+    explained: f32,
 }
 
 impl<'a> Context<'a> {
@@ -44,6 +58,8 @@ impl<'a> Context<'a> {
         pool: &'a [Candidate],
         templates: &'a [Template<'a>],
         measured: &'a Measured,
+        ground: Option<&Ground>,
+        config: &EvidenceConfig,
     ) -> Self {
         let mut off: Vec<(f32, f32)> = blocks
             .par_iter()
@@ -61,18 +77,36 @@ impl<'a> Context<'a> {
             sum >= half
         });
         let typical_m = middle.map_or(0.0, |o| o.0).max(1e-6);
-        Self { blocks, pool, templates, measured, typical_m }
+        let shells = Shells::new(blocks, templates, measured, ground, config);
+        let absolute: Vec<Absolute> = blocks
+            .par_iter()
+            .zip(&shells.of)
+            .map(|(block, shell)| {
+                let template = &templates[block.template];
+                Absolute::of(block, shell, template, measured, reach_m(measured, template, config))
+            })
+            .collect();
+        let size = common_size(&absolute);
+        let explained = shells.explained_by(|_| true);
+        Self { blocks, pool, templates, measured, typical_m, absolute, size, shells, explained }
+    }
+
+    /// Share of what stands above the bed that the blocks for which `counts` holds explain.
+    pub fn explained_by(&self, counts: impl Fn(usize) -> bool) -> f32 {
+        self.shells.explained_by(counts)
     }
 
     /// The features of a block at its final pose, on its own points, from which the surface is off by `distance_m`.
     pub fn features(
         &self,
-        block: &Accepted,
+        entry: usize,
         points: &[u32],
         distance_m: f32,
         covariance: Option<&[f32; 36]>,
         config: &EvidenceConfig,
     ) -> Features {
+        let block = &self.blocks[entry];
+        let absolute = self.absolute[entry];
         let template = &self.templates[block.template];
         let case = weigh(template, &block.at, self.measured, config);
         let own = self.measured.working(points);
@@ -84,11 +118,8 @@ impl<'a> Context<'a> {
                 count += 1;
             }
         }
-        let right = PoseLimits::right(template.model);
-        let sd = |k: std::ops::Range<usize>| {
-            covariance
-                .map_or(f32::INFINITY, |c| k.map(|i| c[i * 7].max(0.0).sqrt()).fold(0.0, f32::max))
-        };
+        let (shift_sd, turn_sd) =
+            covariance.map_or((f32::INFINITY, f32::INFINITY), |c| largest_sd(c, template.model));
         Features {
             area: area_m2 / case.unit_m2,
             fit: weight / (count as f32).max(1.0),
@@ -96,12 +127,25 @@ impl<'a> Context<'a> {
             agreement: case.agreement,
             against: case.against_m2 / area_m2.max(1e-6),
             shared: self.shared(block),
-            shift_sd: sd(0..3) / right.displacement_m,
-            turn_sd: sd(3..6) / right.rotation_rad,
+            shift_sd,
+            turn_sd,
             rough: (distance_m / self.typical_m).powf(count as f32 / (count as f32 + FEW)),
-            rival: self.rival(block, &case, &own),
+            rival: self.rival(block, &case, &own, covariance, config),
             type_margin: block.type_margin,
             in_a_plane: self.in_a_plane(block, &own, distance_m),
+            noisy: distance_m / self.measured.noise_sd_m.max(0.3 * template.field.cell_m()),
+            shell: absolute.shell,
+            off: absolute.off,
+            bias: absolute.bias,
+            covered: absolute.covered,
+            hollow: absolute.hollow,
+            scale: absolute.scale.abs(),
+            around: self.shells.explained_around(
+                self.measured,
+                block.at.centre,
+                AROUND * template.model.d_max_m,
+            ),
+            explained: self.explained,
         }
     }
 
@@ -142,9 +186,17 @@ impl<'a> Context<'a> {
             .fold(0.0, f32::max)
     }
 
-    /// How well the best other pose of the same type explains the block's own points, over how well the stated one does.
+    /// How well the best other pose of the same type, met by the search or forced, explains the block's own points, over
+    /// how well the stated one does.
     /// Near 1 where the points do not tell one from the other: a cube of which one face and no edge is seen.
-    fn rival(&self, block: &Accepted, case: &Evidence, own: &[u32]) -> f32 {
+    fn rival(
+        &self,
+        block: &Accepted,
+        case: &Evidence,
+        own: &[u32],
+        covariance: Option<&[f32; 36]>,
+        config: &EvidenceConfig,
+    ) -> f32 {
         let template = &self.templates[block.template];
         let right = PoseLimits::right(template.model);
         let (shift_m, turn_rad) = (ANOTHER * right.displacement_m, ANOTHER * right.rotation_rad);
@@ -154,7 +206,7 @@ impl<'a> Context<'a> {
             explained * e.point_area_m2 - e.against_m2
         };
         let stated = worth(case);
-        let best = self
+        let met = self
             .pool
             .iter()
             .filter(|c| c.template == block.template)
@@ -162,6 +214,11 @@ impl<'a> Context<'a> {
             .filter(|c| !template.same(&c.at, &block.at, shift_m, turn_rad))
             .map(|c| worth(&c.evidence))
             .fold(0.0, f32::max);
+        let limits = (shift_m, turn_rad);
+        let best = forced(block, own, covariance, template, self.measured, limits)
+            .iter()
+            .map(|at| worth(&weigh(template, at, self.measured, config)))
+            .fold(met, f32::max);
         if stated > 0.0 { best / stated } else { f32::INFINITY }
     }
 }

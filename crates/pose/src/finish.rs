@@ -1,7 +1,7 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
 use crate::acceptance::Candidate;
-use crate::confidence::{Features, PilePrior, type_confidence};
+use crate::confidence::{Features, type_confidence};
 use crate::evidence::reach_m;
 use crate::fattening::{Fattening, residuals};
 use crate::features::Context;
@@ -12,7 +12,9 @@ use crate::types::decide;
 use crate::{EvidenceConfig, Method, PoseConfig};
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
-use scene::{Covariance, Fit, Guess, InstanceId, Recognised, SensorKind, Survey, Verdict};
+use scene::{
+    Covariance, Fit, Guess, InstanceId, PoseLimits, Recognised, SensorKind, Survey, Verdict,
+};
 
 /// An accepted block on its way to the statement.
 pub struct Accepted {
@@ -71,7 +73,7 @@ pub fn members(labels: &[u32], blocks: usize) -> Vec<Vec<u32>> {
 /// The survey points of a list, or an even part of a long one, as the fit wants them.
 pub fn fit_points(survey: &Survey, measured: &Measured, index: &[u32]) -> Vec<FitPoint> {
     let stride = index.len().div_ceil(MOST_POINTS).max(1);
-    let working = |i: u32| measured.thinned.owner[i as usize] as usize;
+    let working = |i: u32| measured.thinned.cell_of_point[i as usize] as usize;
     index
         .iter()
         .step_by(stride)
@@ -137,7 +139,7 @@ pub fn refine(
 /// The statement on one accepted block before it is judged, and the features it is judged by.
 pub fn statement(
     survey: &Survey,
-    block: &Accepted,
+    (entry, block): (usize, &Accepted),
     points: Vec<u32>,
     context: &Context,
     templates: &[Template],
@@ -150,7 +152,7 @@ pub fn statement(
     let distance = |template: &Template, at: &CentredPose| distance_m(template, at, &sample);
     let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
     let features = context.features(
-        block,
+        entry,
         &points,
         distance(template, &block.at),
         covariance.as_ref(),
@@ -170,27 +172,42 @@ pub fn statement(
     (Recognised { block: InstanceId(0), points, verdict }, features)
 }
 
+/// Blocks of a significantly wrong size are this sure at most.
+const WRONG_SIZE_CONFIDENCE: f32 = 0.4;
+
 /// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
-pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &EvidenceConfig) {
-    let features: Vec<Features> = statements.iter().filter_map(|s| s.1).collect();
-    let pile = PilePrior::of(&features);
+pub fn judge(
+    statements: &mut [(Recognised, Option<Features>)],
+    wrong_size: bool,
+    config: &EvidenceConfig,
+) {
     for (block, features) in statements {
         let (Some(features), Some(mut fit)) = (features, block.fit().cloned()) else { continue };
         let type_confidence = type_confidence(features);
         fit.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.
         let confidence =
-            pile.confidence(features) * if fit.type_judged { type_confidence } else { 1.0 };
+            features.confidence() * if fit.type_judged { type_confidence } else { 1.0 };
+        let most = if wrong_size { WRONG_SIZE_CONFIDENCE } else { 1.0 };
+        let confidence = confidence.min(most);
         fit.confidence = Some(confidence);
-        let held = features.shift_sd.is_finite()
-            && !features.in_a_plane
-            && block.points.len() >= crate::search::FEWEST_POINTS;
+        let held =
+            features.shift_sd.is_finite() && block.points.len() >= crate::search::FEWEST_POINTS;
         block.verdict = if held && confidence >= config.min_confidence {
             Verdict::Stated(fit)
         } else {
             Verdict::NotJudged(Guess::Fit(fit))
         };
     }
+}
+
+/// Largest standard deviations of a pose's place and turn over a true positive's limits.
+pub fn largest_sd(covariance: &[f32; 36], model: &scene::BlockModel) -> (f32, f32) {
+    let right = PoseLimits::right(model);
+    let sd = |k: std::ops::Range<usize>| {
+        k.map(|i| covariance[i * 7].max(0.0).sqrt()).fold(0.0, f32::max)
+    };
+    (sd(0..3) / right.displacement_m, sd(3..6) / right.rotation_rad)
 }
 
 /// Mean distance of the points from the block's surface, metres.

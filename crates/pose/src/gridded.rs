@@ -60,7 +60,13 @@ mod tests {
         let mut points = Vec::new();
         for j in 0..60 {
             for i in 0..30 {
-                let z = if i < 15 { 0.0 } else if i == 15 { 0.4 } else { 1.0 };
+                let z = if i < 15 {
+                    0.0
+                } else if i == 15 {
+                    0.4
+                } else {
+                    1.0
+                };
                 points.push(Vec3::new(i as f32 * 0.2, j as f32 * 0.2, z));
             }
         }

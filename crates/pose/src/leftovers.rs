@@ -1,16 +1,17 @@
 //! Places to search again: points that no accepted block explains.
 //!
-//! The network merges, splits and misses blocks; what it misses shows as points nobody explains, well above the bed
+//! The network merges, splits and misses blocks; what it misses shows as points nobody explains, off the bed
 //! and away from accepted surfaces. They are cut into neighbourhoods of about half a block, each a new hypothesis
 //! whose centre is guessed half a d_max behind the surface.
 
 use crate::evidence::reach_m;
+use crate::ground::Ground;
 use crate::measured::Measured;
 use crate::search::Task;
 use crate::template::Template;
 use crate::{EvidenceConfig, acceptance::Candidate};
 use geom::Vec3;
-use geom::point_grid::thin;
+use geom::thin_from_lowest;
 
 /// Working points that still want an explanation, ascending.
 pub fn unexplained(
@@ -18,16 +19,12 @@ pub fn unexplained(
     taken: &[f32],
     accepted: &[&Candidate],
     templates: &[Template],
+    ground: Option<&Ground>,
     config: &EvidenceConfig,
 ) -> Vec<u32> {
-    let mut open: Vec<bool> = (0..measured.position.len())
-        .map(|i| {
-            let p = measured.position[i];
-            let reach = reach_m(measured, &templates[0], config);
-            taken[i] < 0.05
-                && measured.bed.is_none_or(|bed| bed.plane.distance_m(p) > bed.relief_m + reach)
-        })
-        .collect();
+    let of_the_bed = |i: usize| ground.is_some_and(|ground| ground.skipped[i]);
+    let mut open: Vec<bool> =
+        (0..measured.position.len()).map(|i| taken[i] < 0.05 && !of_the_bed(i)).collect();
     for block in accepted {
         let template = &templates[block.template];
         let reach = 2.0 * reach_m(measured, template, config);
@@ -50,7 +47,7 @@ pub fn tasks(measured: &Measured, open: &[u32], d_max_m: f32) -> Vec<Task> {
     let position: Vec<Vec3> = open.iter().map(|&i| measured.position[i as usize]).collect();
     let grid = geom::PointGrid::new(&position, 0.4 * d_max_m);
     let fewest = (0.08 * d_max_m * d_max_m / measured.point_area_m2).max(20.0) as usize;
-    thin(&position, 0.6 * d_max_m)
+    thin_from_lowest(&position, 0.6 * d_max_m)
         .kept
         .into_iter()
         .filter_map(|k| {

@@ -10,7 +10,7 @@
 //! local surface is the place's own unknown plus the line's shift along the normal. The place's unknown is eliminated,
 //! the lines' shifts are solved together; outliers lose their say from round to round.
 
-use geom::point_grid::thin;
+use geom::thin_from_lowest;
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
 
@@ -118,7 +118,7 @@ fn step(
     let gate_m = if first { 5.0 * noise_sd_m } else { 4.0 * sd_m + 0.5 * noise_sd_m };
     let round =
         Round { grid: PointGrid::new(position, radius_m), entry, lines, radius_m, gate_m, sd_m };
-    let sites = thin(position, radius_m).kept;
+    let sites = thin_from_lowest(position, radius_m).kept;
     let places: Vec<Place> = sites
         .par_iter()
         .filter_map(|&i| round.place(position[i as usize], normal[i as usize]))
@@ -205,7 +205,7 @@ impl Round<'_> {
 }
 
 /// Gaussian elimination with the largest pivot; the prior keeps the matrix regular.
-fn solve(a: &mut [f64], mut b: Vec<f64>, n: usize) -> Vec<f64> {
+pub fn solve(a: &mut [f64], mut b: Vec<f64>, n: usize) -> Vec<f64> {
     for k in 0..n {
         let pivot =
             (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs())).unwrap_or(k);

@@ -7,7 +7,9 @@ pub mod config;
 pub mod gridded;
 pub mod rotation_grid;
 
+mod absolute;
 mod acceptance;
+mod canonical;
 mod confidence;
 mod error;
 mod evidence;
@@ -15,11 +17,15 @@ mod fattening;
 mod features;
 mod finish;
 mod fit;
+mod ground;
 mod leftovers;
 mod levelling;
+mod limbs;
 mod measured;
 mod recognise;
+mod rivals;
 mod search;
+mod shell;
 mod sight;
 pub mod size;
 pub mod size_search;
@@ -27,8 +33,17 @@ pub mod survey_facts;
 mod template;
 mod thesis;
 mod types;
+mod unjudged;
+mod verdict;
+mod viewpoint;
 
-pub use confidence::Features;
-pub use config::{EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig};
+pub use absolute::CommonSize;
+pub use confidence::{Features, NAMES};
+pub use config::{
+    EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig, StatedPlane,
+};
 pub use error::PoseError;
-pub use recognise::{recognise, recognise_with_features};
+pub use limbs::{Limb, LimbState};
+pub use recognise::{Outcome, recognise, recognise_pile, recognise_with_features};
+pub use verdict::PileVerdict;
+pub use viewpoint::Viewpoint;

@@ -4,15 +4,20 @@
 //! nothing is gained; refine and state.
 
 use crate::acceptance::{Acceptance, Candidate, accept};
+use crate::canonical::Canonical;
 use crate::confidence::Features;
-use crate::evidence::weigh;
+use crate::evidence::{reach_m, weigh};
 use crate::features::Context;
 use crate::finish::{Accepted, judge, other_type, refine, statement};
+use crate::ground::{Bed, Ground};
 use crate::levelling::level;
+use crate::limbs::{Limb, judge_limbs};
 use crate::measured::Measured;
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
-use crate::{Method, Places, PoseConfig, PoseError, leftovers, thesis};
+use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
+use crate::verdict::{PileVerdict, is_wrong};
+use crate::{EvidenceConfig, Method, Places, PoseConfig, PoseError, ground, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, Fit, Guess, InstanceId, Recognised, Segmentation, Survey, Verdict};
@@ -20,7 +25,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 const STAGE: &str = "pose";
 
-/// Recognises the blocks of a survey from its segmentation. Blocks come in the order in which they were
+/// Recognises the blocks of a survey from its segmentation. The same points and blocks give the same result in whatever
+/// order points, lines, hypotheses and catalogue entries come, and whatever the seed, of which only callers' signatures
+/// remember the use. Blocks come in the order in which they were
 /// accepted, the best supported first, numbered from 1; segments without a verdict follow as *not judged*.
 /// Errors: [`PoseError`]; a place where nothing is found is not an error.
 pub fn recognise(
@@ -41,20 +48,46 @@ pub fn recognise_with_features(
     segmentation: &Segmentation,
     catalog: &Catalog,
     config: &PoseConfig,
-    seed: SeedTree,
+    _seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Vec<(Recognised, Option<Features>)>, PoseError> {
+    Ok(recognise_pile(survey, segmentation, catalog, config, observer)?.blocks)
+}
+
+/// Blocks and what is said of the survey as a whole.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Blocks as [`recognise`] gives them, with the features each confidence was made of.
+    pub blocks: Vec<(Recognised, Option<Features>)>,
+    /// What is said of the survey as a whole.
+    pub pile: PileVerdict,
+    /// The legs of the stated blocks that have any, with the number of the block.
+    pub limbs: Vec<(InstanceId, Vec<Limb>)>,
+}
+
+/// [`recognise`] with everything it knows. What a person should be told also goes to the observer.
+pub fn recognise_pile(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
+    // Chance has no say in what is found: the same draws whatever the user's seed.
+    let seed = SeedTree::new(0).child("pose", 0);
     let templates = templates(catalog, config, seed)?;
     if survey.cloud.is_empty() {
-        return Ok(Vec::new());
+        return Ok(Outcome::default());
     }
+    let canonical = Canonical::new(survey, segmentation);
+    let (survey, segmentation) = (&canonical.survey, &canonical.segmentation);
     let levelled =
         config.levelling.then(|| levelled(survey, &templates, config, observer)).flatten();
     let (survey, noise_sd_m) =
         levelled.as_ref().map_or((survey, None), |(survey, noise)| (survey, Some(*noise)));
-    let measured = measure(survey, &templates, config, noise_sd_m, seed)?;
+    let measured = measure(survey, &templates, config, noise_sd_m)?;
     let tasks = match config.places {
         Places::Segments => tasks(segmentation, &measured, catalog.d_max_m()),
         Places::Windows => {
@@ -71,33 +104,21 @@ pub fn recognise_with_features(
     let mut stage = Stage { templates: &templates, measured: &measured, config, seed, observer };
 
     let mut candidates = stage.candidates(&tasks, 0)?;
-    if !config.verification {
+    let mut found = if config.verification {
+        let (chosen, bed) = stage.chosen(&mut candidates)?;
+        stage.state(survey, chosen, &tasks, &candidates, bed.as_ref())
+    } else {
         let mut chosen = stage.best_per_task(&tasks, &candidates);
         if config.places == Places::Windows {
             stage.one_a_place(&mut chosen, &candidates);
         }
-        return Ok(stage.state(survey, chosen, &tasks, &candidates));
+        stage.state(survey, chosen, &tasks, &candidates, None)
+    };
+    found.blocks.iter_mut().for_each(|(block, _)| canonical.given(&mut block.points));
+    for message in found.pile.sentences() {
+        observer.event(Event::Noted { stage: STAGE, message });
     }
-    let mut pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
-    let mut acceptance = accept(&pool, &templates, &measured, &config.evidence);
-    if config.re_search {
-        let mut searched = Vec::new();
-        for round in 1..=config.rounds as u64 {
-            let more = stage.leftover_candidates(&pool, &acceptance, &mut searched, round)?;
-            if more.is_empty() {
-                break;
-            }
-            let before = total(&acceptance);
-            candidates.extend(more.iter().cloned());
-            pool.extend(more.into_iter().map(|c| c.1));
-            acceptance = accept(&pool, &templates, &measured, &config.evidence);
-            if total(&acceptance) <= before + 0.5 * config.evidence.min_score {
-                break;
-            }
-        }
-    }
-    let chosen = acceptance.accepted.clone();
-    Ok(stage.state(survey, chosen, &tasks, &candidates))
+    Ok(found)
 }
 
 /// What an acceptance is worth.
@@ -107,6 +128,9 @@ fn total(acceptance: &Acceptance) -> f32 {
 
 /// A candidate and the task it comes from (`None`: leftovers).
 type Origin = (Option<usize>, Candidate);
+
+/// Accepted entries with what each adds, and the bed they leave.
+type Chosen = (Vec<(usize, f32)>, Option<Ground>);
 
 struct Stage<'a> {
     templates: &'a [Template<'a>],
@@ -182,11 +206,59 @@ impl Stage<'_> {
             .collect()
     }
 
+    /// The blocks that hold together, after points nobody explains were searched again; what the searches find joins the
+    /// `candidates`. First with a plane through the lowest points as a guess of where not to look, then with the bed that
+    /// the blocks found leave.
+    fn chosen(&mut self, candidates: &mut Vec<Origin>) -> Result<Chosen, PoseError> {
+        let (measured, templates, config) = (self.measured, self.templates, self.config);
+        let reach = reach_m(measured, &templates[0], &config.evidence);
+        let mut bed = measured.lowest.map(|bed| ground::guess(bed, measured, reach));
+        let mut searched = Vec::new();
+        let mut round = 1;
+        let mut pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
+        let mut acceptance = accept(&pool, templates, measured, None, &config.evidence);
+        for known in [false, true] {
+            if known {
+                bed = ground::after_recognition(
+                    measured,
+                    &pool,
+                    &acceptance,
+                    templates,
+                    &config.evidence,
+                );
+                acceptance = accept(&pool, templates, measured, bed.as_ref(), &config.evidence);
+            }
+            let competes = bed.as_ref().filter(|_| known);
+            for _ in 0..if config.re_search { config.rounds } else { 0 } {
+                let more = self.leftover_candidates(
+                    &pool,
+                    &acceptance,
+                    bed.as_ref(),
+                    &mut searched,
+                    round,
+                )?;
+                round += 1;
+                if more.is_empty() {
+                    break;
+                }
+                let before = total(&acceptance);
+                candidates.extend(more.iter().cloned());
+                pool.extend(more.into_iter().map(|c| c.1));
+                acceptance = accept(&pool, templates, measured, competes, &config.evidence);
+                if total(&acceptance) <= before + 0.5 * config.evidence.min_score {
+                    break;
+                }
+            }
+        }
+        Ok((acceptance.accepted, bed))
+    }
+
     /// Candidates from the points nobody explains.
     fn leftover_candidates(
         &mut self,
         pool: &[Candidate],
         acceptance: &Acceptance,
+        bed: Option<&Ground>,
         searched: &mut Vec<Vec3>,
         round: u64,
     ) -> Result<Vec<Origin>, PoseError> {
@@ -196,6 +268,7 @@ impl Stage<'_> {
             &acceptance.taken,
             &accepted,
             self.templates,
+            bed,
             &self.config.evidence,
         );
         let mut tasks: Vec<Task> = Vec::new();
@@ -262,7 +335,8 @@ impl Stage<'_> {
         chosen: Vec<(usize, f32)>,
         tasks: &[Task],
         candidates: &[Origin],
-    ) -> Vec<(Recognised, Option<Features>)> {
+        ground: Option<&Ground>,
+    ) -> Outcome {
         let pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
         let mut blocks: Vec<Accepted> = chosen
             .iter()
@@ -278,32 +352,58 @@ impl Stage<'_> {
             })
             .collect();
         let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
-        let context = Context::new(survey, &blocks, &points, &pool, self.templates, self.measured);
         let config = &self.config.evidence;
+        let (templates, measured) = (self.templates, self.measured);
+        let context =
+            Context::new(survey, &blocks, &points, &pool, templates, measured, ground, config);
         let state = |(block, points)| {
             let (block, features) =
-                statement(survey, block, points, &context, self.templates, self.measured, config);
+                statement(survey, block, points, &context, templates, measured, config);
             (block, Some(features))
         };
         let mut found: Vec<(Recognised, Option<Features>)> =
-            blocks.par_iter().zip(points).map(state).collect();
-        judge(&mut found, config);
-        let open = self.not_judged(survey, tasks, candidates, &found);
+            blocks.par_iter().enumerate().zip(points).map(state).collect();
+        judge(&mut found, context.size.filter(is_wrong).is_some(), config);
+        let mut pile = PileVerdict {
+            explained: context.explained_by(|entry| found[entry].0.is_stated()),
+            stated: found.iter().filter(|f| f.0.is_stated()).count(),
+            size: context.size,
+            not_a_block: 0,
+            viewpoint: measured.viewpoint,
+        };
+        let limbs_of = |entry: usize| {
+            let block = &blocks[entry];
+            let template = &templates[block.template];
+            judge_limbs(block, template, measured, reach_m(measured, template, config))
+        };
+        let stated = (0..found.len()).filter(|&entry| found[entry].0.is_stated());
+        let mut limbs: Vec<(usize, Vec<Limb>)> =
+            stated.map(|entry| (entry, limbs_of(entry))).collect();
+        limbs.retain(|(_, limbs)| !limbs.is_empty());
+        let (open, closed) = self.not_judged(survey, tasks, candidates, &found, ground);
+        let accepted = found.len();
+        let kept: Vec<bool> = found.iter().map(|(block, _)| may_be_one(block, config)).collect();
+        // Stated blocks are kept, so that those before one decide its number.
+        let number = |entry: usize| kept[..=entry].iter().filter(|k| **k).count() as u32;
+        let limbs = limbs.into_iter().map(|(entry, l)| (InstanceId(number(entry)), l)).collect();
+        found.retain(|(block, _)| may_be_one(block, config));
+        pile.not_a_block = closed + accepted - found.len();
         found.extend(open.into_iter().map(|block| (block, None)));
         for (n, (block, _)) in found.iter_mut().enumerate() {
             block.block = InstanceId(n as u32 + 1);
         }
-        found
+        Outcome { blocks: found, pile, limbs }
     }
 
-    /// Segments most of whose points no block explains.
+    /// Segments most of whose points no block explains and that may hold one, and how many others there are.
     fn not_judged(
         &self,
         survey: &Survey,
         tasks: &[Task],
         candidates: &[Origin],
         found: &[(Recognised, Option<Features>)],
-    ) -> Vec<Recognised> {
+        ground: Option<&Ground>,
+    ) -> (Vec<Recognised>, usize) {
         let mut taken = vec![false; survey.cloud.len()];
         for (block, _) in found {
             for &i in &block.points {
@@ -316,15 +416,19 @@ impl Stage<'_> {
                 task.points.iter().map(survey_point).filter(|&i| !taken[i as usize]).collect();
             (free.len() * 2 > task.points.len() && !free.is_empty()).then_some(free)
         };
-        let segments = tasks.iter().enumerate().filter(|(_, t)| t.is_segment);
-        segments
-            .filter_map(|(t, task)| {
-                let points = open(task)?;
-                let own = candidates.iter().filter(|c| c.0 == Some(t)).map(|c| &c.1);
-                let best = own.max_by(|a, b| a.evidence.score().total_cmp(&b.evidence.score()));
-                Some(self.without_verdict(task, best, points))
-            })
-            .collect()
+        let (mut blocks, mut closed) = (Vec::new(), 0);
+        for (t, task) in tasks.iter().enumerate().filter(|(_, t)| t.is_segment) {
+            let Some(points) = open(task) else { continue };
+            let own = candidates.iter().filter(|c| c.0 == Some(t)).map(|c| &c.1);
+            let best = own.max_by(|a, b| a.evidence.score().total_cmp(&b.evidence.score()));
+            // Without verification every segment gets its answer.
+            if !self.config.verification || may_hold_a_block(task, best, ground, self.measured) {
+                blocks.push(self.without_verdict(task, best, points));
+            } else {
+                closed += 1;
+            }
+        }
+        (blocks, closed)
     }
 
     fn without_verdict(
@@ -345,6 +449,12 @@ impl Stage<'_> {
         });
         Recognised { block: InstanceId(0), points, verdict: Verdict::NotJudged(guess) }
     }
+}
+
+/// Whether a person should look at an accepted block: it is stated or likely enough.
+fn may_be_one(block: &Recognised, config: &EvidenceConfig) -> bool {
+    let least = LEAST_CONFIDENCE.min(config.min_confidence);
+    block.is_stated() || block.fit().and_then(|f| f.confidence).is_none_or(|c| c >= least)
 }
 
 fn check_input(
@@ -398,7 +508,6 @@ fn measure(
     templates: &[Template],
     config: &PoseConfig,
     scatter_m: Option<f32>,
-    seed: SeedTree,
 ) -> Result<Measured, PoseError> {
     let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
     let model = smallest.expect("templates are made of a catalogue that is not empty").model;
@@ -411,9 +520,8 @@ fn measure(
     if model.d_box_m > 10.0 * survey_m || model.d_box_m * 1e4 < survey_m {
         return Err(wrong());
     }
-    let measured =
-        Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, seed.child("measured", 0));
-    Ok(measured)
+    let stated = config.bed.map(|plane| Bed { plane: plane.into(), relief_m: 0.1 * model.d_max_m });
+    Ok(Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, stated))
 }
 
 /// One task a hypothesis; without hypotheses one a label, its centre guessed.

@@ -1,4 +1,4 @@
-//! What the sensors saw first along their rays: a depth image per sensor position, or one from straight above.
+//! What the sensors saw first along their rays: a depth image per sensor position, or one from afar.
 //!
 //! A place in front of everything measured around its ray is *empty*: the sensor looked through it. A place behind
 //! is *hidden*. Judged on three by three pixels so that noise and the raster do not matter.
@@ -26,7 +26,7 @@ pub enum Seen {
 struct View {
     /// Rows: right, forward-up and viewing direction.
     view_from_site: Mat3,
-    /// Sensor position; `None` for parallel rays from above.
+    /// Sensor position; `None` for parallel rays from afar.
     position: Option<Vec3>,
     low: [f32; 2],
     pixel: f32,
@@ -41,19 +41,19 @@ const MOST_VIEWS: usize = 5;
 const MOST_PIXELS: usize = 4_000_000;
 
 impl Sight {
-    /// Depth images of the points from the positions, or from straight above when there are none.
-    pub fn new(points: &[Vec3], sensors: &[Vec3], spacing_m: f32) -> Self {
+    /// Depth images of the points from the positions, or from `far` away when there are none.
+    pub fn new(points: &[Vec3], sensors: &[Vec3], far: Vec3, spacing_m: f32) -> Self {
         let bounds = Bounds::of(points.iter().copied());
         if bounds.is_empty() {
             return Self { views: Vec::new() };
         }
         let centre = bounds.centre();
         let views = if sensors.is_empty() {
-            vec![View::new(points, None, centre, spacing_m)]
+            vec![View::new(points, None, far, centre, spacing_m)]
         } else {
             spread(sensors, centre)
                 .into_iter()
-                .map(|s| View::new(points, Some(s), centre, spacing_m))
+                .map(|s| View::new(points, Some(s), far, centre, spacing_m))
                 .collect()
         };
         Self { views }
@@ -61,9 +61,20 @@ impl Sight {
 
     /// The verdict of all views on a piece of surface at `p` with outward `normal`; `None` when it faces none.
     pub fn of_surface(&self, p: Vec3, normal: Vec3, margin_m: f32) -> Option<Seen> {
+        self.of_surface_facing(p, normal, margin_m, 0.25)
+    }
+
+    /// The same, of views that the surface is turned to by more than this cosine.
+    pub fn of_surface_facing(
+        &self,
+        p: Vec3,
+        normal: Vec3,
+        margin_m: f32,
+        least_cosine: f32,
+    ) -> Option<Seen> {
         let (mut here, mut through, mut hidden, mut unknown) = (0, 0, 0, 0);
         for view in &self.views {
-            if normal.dot(view.toward(p)) < 0.25 {
+            if normal.dot(view.toward(p)) < least_cosine {
                 continue;
             }
             match view.seen(p, margin_m) {
@@ -85,6 +96,10 @@ impl Sight {
         } else {
             None
         }
+    }
+    /// Whether a sensor looked through a place where there should be something solid.
+    pub fn looked_through(&self, p: Vec3, margin_m: f32) -> bool {
+        self.views.iter().any(|view| view.seen(p, margin_m) == Seen::Through)
     }
 }
 
@@ -111,8 +126,14 @@ fn spread(sensors: &[Vec3], centre: Vec3) -> Vec<Vec3> {
 }
 
 impl View {
-    fn new(points: &[Vec3], position: Option<Vec3>, centre: Vec3, spacing_m: f32) -> Self {
-        let forward = position.and_then(|s| (centre - s).try_normalize()).unwrap_or(Vec3::NEG_Z);
+    fn new(
+        points: &[Vec3],
+        position: Option<Vec3>,
+        far: Vec3,
+        centre: Vec3,
+        spacing_m: f32,
+    ) -> Self {
+        let forward = position.and_then(|s| (centre - s).try_normalize()).unwrap_or(-far);
         let right = forward.any_orthonormal_vector();
         let view_from_site = Mat3::from_cols(right, forward.cross(right), forward).transpose();
         let range_m = position.map_or(1.0, |s| (centre - s).length().max(1e-6));
@@ -172,7 +193,7 @@ impl View {
     }
 
     fn toward(&self, p: Vec3) -> Vec3 {
-        self.position.map_or(Vec3::Z, |s| (s - p).normalize_or_zero())
+        self.position.map_or(-self.view_from_site.row(2), |s| (s - p).normalize_or_zero())
     }
 
     fn seen(&self, p: Vec3, margin_m: f32) -> Seen {
@@ -217,7 +238,7 @@ mod tests {
             vec![Vec3::new(1.5, 1.5, 10.0)],
             vec![Vec3::new(1.5, 1.5, 10.0), Vec3::new(9.0, 1.0, 8.0)],
         ] {
-            let sight = Sight::new(&floor(), &sensors, 0.1);
+            let sight = Sight::new(&floor(), &sensors, Vec3::Z, 0.1);
             let at = |z: f32| sight.of_surface(Vec3::new(1.5, 1.4, z), Vec3::Z, 0.05);
             assert_eq!(at(0.5), Some(Seen::Through));
             assert_eq!(at(0.0), Some(Seen::Here));

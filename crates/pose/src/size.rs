@@ -7,9 +7,10 @@
 //! spread between blocks is the standard error.
 
 use crate::fit::{CentredPose, FitPoint, agreement};
+use crate::measured::toward_sensor;
 use crate::sight::{Seen, Sight};
-use geom::point_grid::thin;
-use geom::{DistanceField, MeshError, PointGrid, Pose, SeedTree, Vec3};
+use crate::viewpoint;
+use geom::{DistanceField, MeshError, PointGrid, Pose, SeedTree, Vec3, thin_from_lowest};
 use rayon::prelude::*;
 use scene::{BlockModel, Catalog, ModelId, Survey};
 
@@ -158,8 +159,7 @@ pub fn check_sizes(
         if free == 3 {
             let each: Vec<Held> = own.par_iter().filter_map(|&i| sees(i, 3)).collect();
             for (axis, told) in axes.iter_mut().enumerate() {
-                *told =
-                    agreed(each.iter().map(|h| (h.scale[axis], h.scale_sd[axis]))).map(blurred);
+                *told = agreed(each.iter().map(|h| (h.scale[axis], h.scale_sd[axis]))).map(blurred);
             }
         }
         let catalogue_m = model.d_box_m;
@@ -250,15 +250,20 @@ impl Work {
     pub(crate) fn new(survey: &Survey, d_max_m: f32, noise_sd_m: f32) -> Self {
         let all = &survey.cloud.position_m;
         let cell_m = d_max_m / 32.0;
-        let kept = thin(all, cell_m).kept;
+        let kept = thin_from_lowest(all, cell_m).kept;
         let position: Vec<Vec3> = kept.iter().map(|&i| all[i as usize]).collect();
-        let toward = |p: Vec3| crate::measured::toward_sensor(p, &survey.sensor_positions);
-        let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward(p)).collect();
         let grid = PointGrid::new(&position, 2.0 * cell_m);
         let spacing_m = spacing_m(&position, &grid, cell_m);
+        let far = if survey.sensor_positions.is_empty() {
+            viewpoint::likeliest(&position, spacing_m, d_max_m).toward
+        } else {
+            Vec3::Z
+        };
+        let toward = |p: Vec3| toward_sensor(p, &survey.sensor_positions, far);
+        let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward(p)).collect();
         let radius_m = (2.6 * cell_m.max(spacing_m)).max(3.5 * noise_sd_m).min(0.3 * d_max_m);
         let normal = geom::normals(&position, radius_m, &toward);
-        let sight = Sight::new(&position, &survey.sensor_positions, spacing_m);
+        let sight = Sight::new(&position, &survey.sensor_positions, far, spacing_m);
         Self { position, normal, to_sensor, grid, sight, spacing_m }
     }
 
@@ -324,8 +329,13 @@ impl Work {
         let d = target.model.d_max_m;
         let sd = noise_sd_m.max(0.3 * target.field.cell_m());
         let mut fine = 2.0 * sd;
-        let mut held =
-            Held { at: start, scale: [1.0; 3], scale_sd: [f32::INFINITY; 3], misfit: 0.0, offset_m: 0.0 };
+        let mut held = Held {
+            at: start,
+            scale: [1.0; 3],
+            scale_sd: [f32::INFINITY; 3],
+            misfit: 0.0,
+            offset_m: 0.0,
+        };
         let wide = (0.06 * d).max(fine);
         for round in 0..ROUNDS {
             if round == WIDE_ROUNDS {

@@ -181,10 +181,7 @@ impl Look<'_> {
         let d_max = template.model.d_max_m;
         let cell_m = self.config.search.working_cell * d_max;
         let noise = self.noise_sd_m / factor;
-        let mut measured = Measured::new(&smaller, cell_m, d_max, noise, self.seed);
-        // A bed guessed for blocks of a wrong size would forbid the right one.
-        measured.bed = None;
-        measured.solid.clear();
+        let measured = Measured::new(&smaller, cell_m, d_max, noise, None);
         let tasks = self.places(&measured, d_max);
         let mut config = self.config.clone();
         config.evidence.reach_sd = config.evidence.reach_sd.max(reach * d_max / noise);
@@ -202,7 +199,7 @@ impl Look<'_> {
                 evidence: weigh(template, &p.at, &measured, &config.evidence),
             })
             .collect();
-        let accepted = accept(&pool, &self.templates, &measured, &config.evidence);
+        let accepted = accept(&pool, &self.templates, &measured, None, &config.evidence);
         let gain: f32 = accepted.accepted.iter().map(|a| a.1 * pool[a.0].evidence.unit_m2).sum();
         let looked = looked_at(&measured, &tasks, d_max) as f32 * measured.point_area_m2;
         let blocks = accepted

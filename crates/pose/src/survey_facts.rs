@@ -3,7 +3,7 @@
 //! In: a survey, a catalogue. Out: [`SurveyFacts`], asked before any work begins. What a sensor of some kind usually does is no
 //! substitute: the same drone gives 5 mm on one site and 5 cm on the next, and a terrain model of 20 cm cells is no cloud.
 
-use geom::{Bounds, CellRule, Lattice, PointGrid, Scatter, Vec3, point_grid};
+use geom::{Bounds, CellRule, Lattice, PointGrid, Scatter, Vec3, thin_from_lowest};
 use scene::{BlockModel, Catalog, Survey};
 
 /// Fewest points on the half of a block that one side sees.
@@ -244,7 +244,7 @@ fn spacings(points: &[Vec3]) -> Vec<f32> {
     let plan = (size.x * size.y).max(size.max_element().powi(2) * 1e-4);
     let guess_m = (plan / points.len() as f32).sqrt().max(f32::MIN_POSITIVE);
     let grid = PointGrid::new(points, 3.0 * guess_m);
-    let mut places = point_grid::thin(points, 2.0 * guess_m).kept;
+    let mut places = thin_from_lowest(points, 2.0 * guess_m).kept;
     let stride = places.len().div_ceil(ASKED).max(1);
     places = places.into_iter().step_by(stride).collect();
     let mut spacing: Vec<f32> = places

@@ -62,7 +62,13 @@ pub fn templates<'a>(
     }
     let dense = if catalog.len() > 1 { DENSE } else { 0 };
     let cells = field_cells(config.search.field_cells, catalog.len());
-    catalog.iter().map(|(id, model)| template(id, model, cells, dense, config, seed)).collect()
+    // In an order of their own: a catalogue is the same catalogue with its entries in another order.
+    let mut entries: Vec<(ModelId, &BlockModel)> = catalog.iter().collect();
+    entries.sort_by(|a, b| a.1.name.cmp(&b.1.name));
+    let of = |(id, model): (ModelId, &'a BlockModel)| {
+        template(id, model, cells, dense, config, seed.child(&model.name, 0))
+    };
+    entries.into_iter().map(of).collect()
 }
 
 /// Cells along the longest edge of each field, so that the fields of many types take no more memory than those of
@@ -84,21 +90,15 @@ fn template<'a>(
     model.mesh.check_solid().map_err(named)?;
     let margin_m = 0.3 * model.d_max_m;
     let field = DistanceField::new(&model.mesh, cells, margin_m).map_err(named)?;
-    let surface = even_surface(
-        model,
-        config.evidence.surface_samples,
-        seed.child("surface", u64::from(id.0)),
-    );
-    let dense_surface =
-        model.mesh.sample_surface(dense, &mut seed.child("dense", u64::from(id.0)).rng());
+    let surface = even_surface(model, config.evidence.surface_samples, seed.child("surface", 0));
+    let dense_surface = model.mesh.sample_surface(dense, &mut seed.child("dense", 0).rng());
     let thesis = config.method == Method::Ppf || config.ppf_hypotheses;
     let pairs = thesis.then(|| {
-        let few = even_surface(model, PAIR_POINTS, seed.child("pairs", u64::from(id.0)));
+        let few = even_surface(model, PAIR_POINTS, seed.child("pairs", 0));
         PairTable::new(few, 2.0 * model.d_max_m, &config.ppf)
     });
     let cloud = thesis.then(|| {
-        let points =
-            model.mesh.sample_surface(CLOUD, &mut seed.child("cloud", u64::from(id.0)).rng());
+        let points = model.mesh.sample_surface(CLOUD, &mut seed.child("cloud", 0).rng());
         let position: Vec<Vec3> = points.iter().map(|p| p.0).collect();
         ModelCloud { grid: PointGrid::new(&position, 0.08 * model.d_max_m), points }
     });
@@ -108,7 +108,7 @@ fn template<'a>(
         config.search.rotation_spacing_rad,
         config.search.max_rotations,
     );
-    let inside = inside(model, &field, seed.child("inside", u64::from(id.0)));
+    let inside = inside(model, &field, seed.child("inside", 0));
     let deepest_m = inside.iter().map(|&p| -field.distance_m(p)).fold(0.0, f32::max);
     Ok(Template {
         id,

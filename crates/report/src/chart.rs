@@ -31,14 +31,6 @@ impl Chart {
         }
     }
 
-    /// A chart of the given width with one scale on both axes.
-    pub fn true_to_scale(width: f64, x: [f64; 2], y: [f64; 2]) -> Self {
-        let mut chart = Self::new(width, 0.0, x, y);
-        let scale = (width - chart.left - chart.right) / (chart.x[1] - chart.x[0]);
-        chart.height = chart.top + chart.bottom + scale * (chart.y[1] - chart.y[0]);
-        chart
-    }
-
     pub fn px(&self, x: f64) -> f64 {
         self.left
             + (x - self.x[0]) / (self.x[1] - self.x[0]) * (self.width - self.left - self.right)
@@ -98,27 +90,6 @@ impl Chart {
             (y0 + y1) / 2.0
         );
         svg + &y_name.svg(&turned) + "</g>"
-    }
-
-    /// A broken line through the points; gaps where a value is not a number.
-    pub fn path(&self, points: impl IntoIterator<Item = [f64; 2]>) -> String {
-        let mut d = String::new();
-        let mut pen_down = false;
-        for [x, y] in points {
-            if x.is_finite() && y.is_finite() {
-                let _ = write!(
-                    d,
-                    "{}{:.1} {:.1}",
-                    if pen_down { 'L' } else { 'M' },
-                    self.px(x),
-                    self.py(y)
-                );
-                pen_down = true;
-            } else {
-                pen_down = false;
-            }
-        }
-        d
     }
 }
 

@@ -32,6 +32,9 @@ pub enum ReportError {
         /// Its number, from 0.
         number: usize,
     },
+    /// An alignment that is no line.
+    #[error("report: the alignment needs at least two points")]
+    Line,
     /// Compression or encoding failed.
     #[error("report: the page's data could not be packed: {0}")]
     Pack(String),

@@ -21,14 +21,29 @@ pub struct ReportInput<'a> {
     pub review: Option<&'a Review>,
     /// Blocks to add, if planned.
     pub plan: Option<&'a Plan>,
+    /// Distance of each survey point from the surface of its block, metres; NaN where it has none; or empty.
+    pub point_fit_m: &'a [f32],
     /// Distance of each survey point below (+) or above (−) the design, metres; NaN where nothing is designed; or empty.
     pub point_distance_m: &'a [f32],
     /// How many blocks the works need.
     pub count: Option<Count>,
+    /// Whether a plan on ground without a recognised block was asked for: only then does such a plan state a count.
+    pub bare_ground: bool,
+    /// How far the answer may be trusted, most important first; empty: judged by the input's own figures
+    /// ([`crate::lights`]).
+    pub lights: Vec<Light>,
+    /// Day of the survey as it is to be printed, or empty.
+    pub survey_date: String,
     /// Key figures, most important first.
     pub figures: Vec<Figure>,
     /// Lines on the plan view and in 3D: design outline, boundary, alignment.
     pub outlines: Vec<Outline>,
+    /// Design, survey and plan as height maps: what free sections, areas and volumes are measured on.
+    pub surfaces: Option<Surfaces<'a>>,
+    /// The line sections stand on; without it the page has only the sections in `sections`.
+    pub alignment: Option<Alignment>,
+    /// Places that stay below the design, and why.
+    pub unfilled: Vec<UnfilledWindow>,
     /// Heat maps: deficit before and after, distance.
     pub maps: Vec<MapLayer<'a>>,
     /// Cross-sections.
@@ -56,17 +71,24 @@ impl<'a> ReportInput<'a> {
             recognised: &[],
             review: None,
             plan: None,
+            point_fit_m: &[],
             point_distance_m: &[],
             count: None,
+            bare_ground: false,
+            lights: Vec::new(),
+            survey_date: String::new(),
             figures: Vec::new(),
             outlines: Vec::new(),
+            surfaces: None,
+            alignment: None,
+            unfilled: Vec::new(),
             maps: Vec::new(),
             sections: Vec::new(),
             histograms: Vec::new(),
             assumptions: Vec::new(),
             warnings: Vec::new(),
             provenance: Vec::new(),
-            max_points: 1_000_000,
+            max_points: 2_000_000,
         }
     }
 }
@@ -80,6 +102,67 @@ pub struct Count {
     pub p10_p90: Option<(u32, u32)>,
     /// How the range was obtained, or why there is none.
     pub basis: Text,
+}
+
+/// How far one side of the answer may be trusted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Light {
+    /// What is judged, e.g. recognition.
+    pub name: Text,
+    /// The judgement.
+    pub state: LightState,
+    /// Why, with the figure that decided.
+    pub reason: Text,
+}
+
+/// The four answers of a [`Light`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightState {
+    /// Can be relied on.
+    Good,
+    /// Read the reason first.
+    Fair,
+    /// Not to be relied on.
+    Bad,
+    /// Nobody looked.
+    Unknown,
+}
+
+/// Height maps of the works, local frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Surfaces<'a> {
+    /// The design; NaN outside the works.
+    pub design: Option<&'a HeightMap>,
+    /// As surveyed.
+    pub surveyed: Option<&'a HeightMap>,
+    /// With the plan's blocks.
+    pub planned: Option<&'a HeightMap>,
+    /// What the blocks lie on.
+    pub ground: Option<&'a HeightMap>,
+}
+
+/// The line that chainages run along.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alignment {
+    /// Its corners, local frame; at least two.
+    pub line: Vec<Vec2>,
+    /// How far sections reach left and right of it, metres.
+    pub reach_m: [f32; 2],
+    /// From section to section, metres; `None`: a round number near a twelfth of its length.
+    pub spacing_m: Option<f32>,
+}
+
+/// A square place that stays below the design.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnfilledWindow {
+    /// Its middle, local frame.
+    pub centre: Vec2,
+    /// Half its edge, metres.
+    pub half_m: f32,
+    /// Volume missing in it, m³.
+    pub void_m3: f32,
+    /// Why no block went there; places of the same words share a colour.
+    pub reason: Text,
 }
 
 /// A number with its unit.

@@ -5,25 +5,32 @@
 
 pub mod colour;
 pub mod input;
+pub mod lights;
 pub mod picture;
+pub mod sheets;
 pub mod still;
 pub mod text;
 
 mod blob;
 mod chart;
 mod error;
+mod grid;
+mod headline;
 mod histogram;
 mod page;
-mod plan_view;
-mod section;
-mod table;
+mod points;
+mod script;
+mod types_table;
 mod view_data;
 
 pub use error::ReportError;
 pub use input::{
-    Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine, SectionLineKind,
+    Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, ReportInput,
+    Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
 };
 pub use page::html;
 pub use picture::{pile_picture, site_picture};
+pub use script::MODULES;
+pub use sheets::{SheetFont, SheetSet, sheets};
 pub use still::{Camera, Image, Lens, StillMesh, StillPoints, still};
 pub use text::Text;

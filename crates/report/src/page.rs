@@ -1,45 +1,37 @@
 //! Puts the page together: template, style, viewer and data in one file.
 
-use crate::text::{escape, t};
+use crate::headline::headline;
+use crate::script::{bundle, policy_hash};
+use crate::text::{escape, grouped, t};
+use crate::types_table::types;
 use crate::view_data::{check, view_data};
-use crate::{ReportError, ReportInput, Text, histogram, plan_view, section, table};
+use crate::{ReportError, ReportInput, Text, histogram};
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
-/// In the order they build on each other.
-const SCRIPTS: [&str; 7] = [
-    include_str!("page/data.js"),
-    include_str!("page/camera.js"),
-    include_str!("page/shade.js"),
-    include_str!("page/draw.js"),
-    include_str!("page/viewer.js"),
-    include_str!("page/review.js"),
-    include_str!("page/page.js"),
-];
 
 /// The report as one HTML file. Errors: values that do not belong together ([`ReportError`]).
 pub fn html(input: &ReportInput) -> Result<String, ReportError> {
     check(input)?;
     let (json, blob) = view_data(input)?;
-    let parts: [(&str, String); 17] = [
+    let scripts = bundle();
+    let parts: [(&str, String); 15] = [
+        ("script-hash", policy_hash(&scripts)),
+        ("style-hash", policy_hash(STYLE)),
         ("title", escape(&input.title)),
         ("program", escape(&input.program)),
         ("place", place(input)),
+        ("headline", headline(input)),
         ("figures", figures(input)),
-        ("warnings", warnings(input)),
-        ("map", plan_view::plan_view(input)?),
-        ("sections", section::sections(&input.sections)),
         ("histograms", histogram::histograms(&input.histograms)),
-        ("types", table::types(input)),
-        ("placements", table::placements(input)),
-        ("found", table::found(input)),
+        ("types", types(input)),
         ("assumptions", assumptions(input)),
         ("provenance", provenance(input)),
         ("style", STYLE.into()),
         ("json", json),
         ("blob", blob),
-        ("scripts", SCRIPTS.concat()),
+        ("scripts", scripts),
     ];
     Ok(fill(TEMPLATE, &parts))
 }
@@ -61,32 +53,22 @@ fn fill(template: &str, parts: &[(&str, String)]) -> String {
 fn place(input: &ReportInput) -> String {
     let frame = &input.survey.frame;
     let mut words = Vec::new();
-    let points = input.survey.cloud.len();
+    let points = grouped(&input.survey.cloud.len().to_string());
     words.push(Text::new(format!("{points} survey points"), format!("測量点 {points} 点")).html());
+    if !input.survey_date.is_empty() {
+        words.push(format!("{} {}", t("Surveyed", "測量日"), escape(&input.survey_date)));
+    }
     if !frame.crs.is_empty() {
-        words.push(format!("{} {}", t("Horizontal:", "平面座標系:"), escape(&frame.crs)));
+        words.push(format!("{} {}", t("Horizontal", "平面座標系"), escape(&frame.crs)));
     }
     if !frame.vertical_datum.is_empty() {
-        words.push(format!("{} {}", t("Levels:", "標高基準:"), escape(&frame.vertical_datum)));
+        words.push(format!("{} {}", t("Levels", "標高基準"), escape(&frame.vertical_datum)));
     }
     words.join(" · ")
 }
 
 fn figures(input: &ReportInput) -> String {
     let mut html = String::new();
-    if let Some(count) = &input.count {
-        let range = match count.p10_p90 {
-            Some((low, high)) => format!("<small>P10–P90 {low}–{high}</small>"),
-            None => String::new(),
-        };
-        let _ = write!(
-            html,
-            "<div class=\"figure lead\"><dt>{}</dt><dd>{} {range}</dd><p>{}</p></div>",
-            t("Blocks to place", "必要ブロック数"),
-            count.blocks,
-            count.basis.html()
-        );
-    }
     for f in &input.figures {
         let note =
             if f.note.en.is_empty() { String::new() } else { format!("<p>{}</p>", f.note.html()) };
@@ -94,23 +76,17 @@ fn figures(input: &ReportInput) -> String {
             html,
             "<div class=\"figure\"><dt>{}</dt><dd>{} <small>{}</small></dd>{note}</div>",
             f.label.html(),
-            escape(&f.value),
+            escape(&grouped(&f.value)),
             escape(&f.unit)
         );
     }
-    if html.is_empty() { html } else { format!("<dl class=\"figures\">{html}</dl>") }
-}
-
-fn warnings(input: &ReportInput) -> String {
-    if input.warnings.is_empty() {
-        return String::new();
+    if html.is_empty() {
+        return html;
     }
-    let items: String = input
-        .warnings
-        .iter()
-        .map(|w| format!("<li><b>{}</b> {}</li>", escape(w.stage), escape(&w.message)))
-        .collect();
-    format!("<aside id=\"warnings\"><h2>{}</h2><ul>{items}</ul></aside>", t("Warnings", "警告"))
+    format!(
+        "<section id=\"figures\"><h2>{}</h2><dl class=\"figures\">{html}</dl></section>",
+        t("Figures", "数値")
+    )
 }
 
 fn assumptions(input: &ReportInput) -> String {

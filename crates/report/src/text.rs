@@ -65,7 +65,41 @@ pub fn escape(text: &str) -> String {
     safe
 }
 
+/// A number as people read it: `101558` → `101,558`. What is no plain number stays as it is.
+pub fn grouped(number: &str) -> String {
+    let (sign, rest) = number.strip_prefix('-').map_or(("", number), |rest| ("-", rest));
+    let (whole, fraction) = rest.split_once('.').map_or((rest, None), |(w, f)| (w, Some(f)));
+    let digits = |s: &str| !s.is_empty() && s.bytes().all(|b| b.is_ascii_digit());
+    if !digits(whole) || fraction.is_some_and(|f| !digits(f)) {
+        return number.into();
+    }
+    let mut text = String::from(sign);
+    for (i, digit) in whole.chars().enumerate() {
+        if i > 0 && (whole.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    if let Some(fraction) = fraction {
+        text.push('.');
+        text.push_str(fraction);
+    }
+    text
+}
+
 /// Shorthand for the page's own words.
 pub(crate) fn t(en: &str, ja: &str) -> String {
     Text::new(en, ja).html()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::grouped;
+
+    #[test]
+    fn only_numbers_are_grouped() {
+        let texts = ["0", "999", "1000", "-62334.5", "101558", "1e9", "–", "", "No.3", "12."];
+        let wanted = ["0", "999", "1,000", "-62,334.5", "101,558", "1e9", "–", "", "No.3", "12."];
+        assert_eq!(texts.map(grouped), wanted);
+    }
 }

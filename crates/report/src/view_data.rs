@@ -1,38 +1,38 @@
-//! What the 3D view needs, as JSON beside one packed blob of columns.
-//!
-//! Points are put on a 16-bit grid and sorted along a space-filling curve: neighbours then differ little,
-//! which packs well, and every n-th point of the order is an even thinning.
+//! What the page's script needs, as JSON beside one packed blob of columns.
 
 use crate::blob::{Blob, Span};
-use crate::{ReportError, ReportInput};
-use geom::{Pose, Vec3};
-use scene::{Fit, ModelId, Recognised, Review};
+use crate::grid::{Grid, grid};
+use crate::points::{Points, high_end, points};
+use crate::{ReportError, ReportInput, SectionLineKind, Text};
+use geom::{HeightMap, Pose};
+use scene::{Fit, ModelId, Placement, Recognised, Review};
 use serde::Serialize;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 
 #[derive(Serialize)]
-pub(crate) struct ViewData<'a> {
+#[serde(rename_all = "camelCase")]
+struct ViewData<'a> {
+    /// Names this very run in the browser's memory.
+    run: String,
+    crs: &'a str,
     points: Points,
     models: Vec<Model>,
     found: Vec<Found>,
-    added: Vec<Added>,
+    places: Vec<Place>,
+    added: Vec<Placed>,
+    removed: Vec<Placed>,
     outlines: Vec<Line>,
+    surfaces: BTreeMap<&'static str, Grid>,
+    maps: Vec<Map<'a>>,
+    sections: Vec<Cut<'a>>,
+    works: Option<Works>,
+    windows: Vec<Window<'a>>,
     origin: [f64; 3],
     rounds: u32,
+    /// Fitting error at the end of its colour scale, metres.
+    error_reach: f32,
     review: Option<&'a Review>,
-}
-
-#[derive(Serialize)]
-struct Points {
-    total: usize,
-    shown: usize,
-    min: [f32; 3],
-    size: [f32; 3],
-    xyz: [Span; 3],
-    /// Position in `found`, from 1; 0 = none.
-    instance: Span,
-    /// Distance to the design on ±`reach` metres, 0 = none; absent without a design.
-    distance: Option<Span>,
-    reach: f32,
 }
 
 #[derive(Serialize)]
@@ -42,6 +42,7 @@ struct Model {
     triangles: Span,
     centre: [f32; 3],
     radius: f32,
+    mass_t: f32,
 }
 
 #[derive(Serialize)]
@@ -53,14 +54,30 @@ struct Found {
     fitness_m: Option<f32>,
     occlusion: Option<f32>,
     judged: bool,
+    #[serde(rename = "typeJudged")]
+    type_judged: bool,
+    second: Option<u16>,
+    #[serde(rename = "secondFit_m")]
+    second_fit_m: Option<f32>,
 }
 
 #[derive(Serialize)]
-struct Added {
+struct Place {
+    id: u32,
+    centre: [f32; 3],
+}
+
+#[derive(Serialize)]
+struct Placed {
     order: u32,
     round: u32,
     model: u16,
     pose: [f32; 7],
+    /// Height of the centre of mass where the crane lets go, local frame.
+    drop_m: f32,
+    filled_m3: f32,
+    contacts: u32,
+    state: &'static str,
 }
 
 #[derive(Serialize)]
@@ -69,27 +86,134 @@ struct Line {
     points: Vec<[f32; 3]>,
 }
 
-/// Blocks nobody placed are shown out of the found ones; distances beyond this are one colour.
-const REACH_M: f32 = 2.0;
+#[derive(Serialize)]
+struct Words<'a> {
+    en: &'a str,
+    ja: &'a str,
+}
 
-/// Blocks the view shows: all that have a pose, stated or not.
-fn shown<'a>(input: &ReportInput<'a>) -> impl Iterator<Item = (&'a Recognised, &'a Fit)> {
-    input.recognised.iter().filter_map(|r| Some((r, r.fit()?)))
+#[derive(Serialize)]
+struct Map<'a> {
+    label: Words<'a>,
+    unit: &'a str,
+    grid: Grid,
+}
+
+#[derive(Serialize)]
+struct Cut<'a> {
+    label: Words<'a>,
+    from: [f32; 2],
+    to: [f32; 2],
+    lines: Vec<CutLine>,
+}
+
+#[derive(Serialize)]
+struct CutLine {
+    kind: &'static str,
+    /// Offset and level in the site's datum, millimetres kept; no level where the line breaks.
+    points: Vec<(f64, Option<f64>)>,
+}
+
+#[derive(Serialize)]
+struct Works {
+    line: Vec<[f32; 2]>,
+    reach_m: [f32; 2],
+    spacing_m: Option<f32>,
+}
+
+#[derive(Serialize)]
+struct Window<'a> {
+    x: f32,
+    y: f32,
+    half_m: f32,
+    void_m3: f32,
+    reason: Words<'a>,
 }
 
 /// JSON and packed columns.
 pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportError> {
     let mut blob = Blob::default();
-    let points = points(input, &mut blob)?;
+    let points = points(input, &mut blob);
     let models = input.catalog.iter().map(|(_, m)| Model {
         name: m.name.clone(),
         vertices: blob.f32s(m.mesh.vertices.iter().flat_map(|v| v.to_array())),
         triangles: blob.u32s(m.mesh.triangles.iter().flatten().copied()),
         centre: m.centre.to_array(),
         radius: m.d_max_m,
+        mass_t: m.mass_kg() / 1000.0,
     });
     let models = models.collect();
-    let found = shown(input).map(|(r, fit)| Found {
+    let surfaces = surfaces(input, &mut blob);
+    let maps = input.maps.iter().map(|m| Map {
+        label: words(&m.label),
+        unit: &m.unit,
+        grid: grid(m.values, &mut blob),
+    });
+    let maps = maps.collect();
+    let placed = |list: &[Placement]| list.iter().map(|p| placed(input, p)).collect();
+    let fits: Vec<f32> = shown(input).filter_map(|(_, fit)| fit.fitness_m).collect();
+    let blob = blob.packed()?;
+    let data = ViewData {
+        run: run_name(input, &blob),
+        crs: &input.survey.frame.crs,
+        points,
+        models,
+        found: found(input),
+        places: places(input),
+        added: input.plan.map_or(Vec::new(), |p| placed(&p.placements)),
+        removed: input.plan.map_or(Vec::new(), |p| placed(&p.removed)),
+        outlines: outlines(input),
+        surfaces,
+        maps,
+        sections: input.sections.iter().map(cut).collect(),
+        works: input.alignment.as_ref().map(|a| Works {
+            line: a.line.iter().map(|p| p.to_array()).collect(),
+            reach_m: a.reach_m,
+            spacing_m: a.spacing_m,
+        }),
+        windows: input.unfilled.iter().map(window).collect(),
+        origin: input.survey.frame.origin,
+        rounds: input.plan.map_or(0, |p| p.placements.iter().map(|p| p.round).max().unwrap_or(0)),
+        error_reach: high_end(&fits),
+        review: input.review,
+    };
+    let json = serde_json::to_string(&data).map_err(|e| ReportError::Pack(e.to_string()))?;
+    // Inside <script>, a name could otherwise end the element.
+    Ok((json.replace('<', "\\u003c"), blob))
+}
+
+/// The same for the same points, blocks and maps under the same title.
+fn run_name(input: &ReportInput, blob: &str) -> String {
+    let mut hash = Sha256::new();
+    hash.update(input.title.as_bytes());
+    hash.update(blob.as_bytes());
+    for (r, fit) in shown(input) {
+        hash.update(r.block.0.to_le_bytes());
+        numbers(&fit.site_from_block).iter().for_each(|v| hash.update(v.to_le_bytes()));
+    }
+    hash.finalize().iter().take(8).map(|b| format!("{b:02x}")).collect()
+}
+
+fn surfaces(input: &ReportInput, blob: &mut Blob) -> BTreeMap<&'static str, Grid> {
+    let Some(s) = &input.surfaces else { return BTreeMap::new() };
+    let all: [(&str, Option<&HeightMap>); 4] = [
+        ("design", s.design),
+        ("surveyed", s.surveyed),
+        ("planned", s.planned),
+        ("ground", s.ground),
+    ];
+    all.into_iter().filter_map(|(name, map)| map.map(|m| (name, grid(m, blob)))).collect()
+}
+
+/// Blocks the view shows: all that have a pose, stated or not.
+pub(crate) fn shown<'a>(
+    input: &ReportInput<'a>,
+) -> impl Iterator<Item = (&'a Recognised, &'a Fit)> {
+    input.recognised.iter().filter_map(|r| Some((r, r.fit()?)))
+}
+
+fn found(input: &ReportInput) -> Vec<Found> {
+    let one = |(r, fit): (&Recognised, &Fit)| Found {
         id: r.block.0,
         model: fit.model.0,
         pose: numbers(&fit.site_from_block),
@@ -97,33 +221,73 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
         fitness_m: fit.fitness_m,
         occlusion: fit.occlusion,
         judged: r.is_stated(),
-    });
-    let added = input.plan.iter().flat_map(|p| &p.placements).map(|p| Added {
+        type_judged: fit.type_judged,
+        second: fit.runner_up.map(|(m, _)| m.0),
+        second_fit_m: fit.runner_up.map(|(_, fit)| fit),
+    };
+    shown(input).map(one).collect()
+}
+
+/// Places that no type fits: a block may be there, and nothing of it can be shown.
+fn places(input: &ReportInput) -> Vec<Place> {
+    let open = input.recognised.iter().filter(|r| r.fit().is_none());
+    open.map(|r| Place { id: r.block.0, centre: r.centre(input.catalog).to_array() }).collect()
+}
+
+fn placed(input: &ReportInput, p: &Placement) -> Placed {
+    Placed {
         order: p.order,
         round: p.round,
         model: p.model.0,
         pose: numbers(&p.rest),
-    });
-    let data = ViewData {
-        points,
-        models,
-        found: found.collect(),
-        added: added.collect(),
-        outlines: input
-            .outlines
-            .iter()
-            .map(|o| Line {
-                closed: o.closed,
-                points: o.points.iter().map(|p| p.to_array()).collect(),
-            })
-            .collect(),
-        origin: input.survey.frame.origin,
-        review: input.review,
-        rounds: input.plan.map_or(0, |p| p.placements.iter().map(|p| p.round).max().unwrap_or(0)),
+        drop_m: p.drop.transform_point(input.catalog.get(p.model).centre).z,
+        filled_m3: p.filled_m3,
+        contacts: p.contacts,
+        state: p.state.word(),
+    }
+}
+
+fn outlines(input: &ReportInput) -> Vec<Line> {
+    let one = |o: &crate::Outline| Line {
+        closed: o.closed,
+        points: o.points.iter().map(|p| p.to_array()).collect(),
     };
-    let json = serde_json::to_string(&data).map_err(|e| ReportError::Pack(e.to_string()))?;
-    // Inside <script>, a name could otherwise end the element.
-    Ok((json.replace('<', "\\u003c"), blob.packed()?))
+    input.outlines.iter().map(one).collect()
+}
+
+fn words(text: &Text) -> Words<'_> {
+    Words { en: &text.en, ja: &text.ja }
+}
+
+fn window(w: &crate::UnfilledWindow) -> Window<'_> {
+    Window {
+        x: w.centre.x,
+        y: w.centre.y,
+        half_m: w.half_m,
+        void_m3: w.void_m3,
+        reason: words(&w.reason),
+    }
+}
+
+fn cut(s: &crate::Section) -> Cut<'_> {
+    let kind = |kind| match kind {
+        SectionLineKind::Design => "design",
+        SectionLineKind::AsIs => "surveyed",
+        SectionLineKind::Planned => "planned",
+        SectionLineKind::Ground => "ground",
+    };
+    let mm = |v: f32| (f64::from(v) * 1000.0).round() / 1000.0;
+    let point = |p: &[f32; 2]| (mm(p[0]), p[1].is_finite().then(|| mm(p[1])));
+    let lines = s.lines.iter().map(|l| CutLine {
+        kind: kind(l.kind),
+        points: l.points.iter().filter(|p| p[0].is_finite()).map(point).collect(),
+    });
+    Cut {
+        label: words(&s.label),
+        from: s.from.to_array(),
+        to: s.to.to_array(),
+        lines: lines.collect(),
+    }
 }
 
 fn numbers(pose: &Pose) -> [f32; 7] {
@@ -160,60 +324,15 @@ pub(crate) fn check(input: &ReportInput) -> Result<(), ReportError> {
     if found != 0 && found != need {
         return Err(ReportError::Column { column: "point_distance_m", found, need });
     }
+    let found = input.point_fit_m.len();
+    if found != 0 && found != need {
+        return Err(ReportError::Column { column: "point_fit_m", found, need });
+    }
+    if input.alignment.as_ref().is_some_and(|a| a.line.len() < 2) {
+        return Err(ReportError::Line);
+    }
     match input.survey.cloud.position_m.iter().position(|p| !p.is_finite()) {
         Some(number) => Err(ReportError::NotFinite { what: "point", number }),
         None => Ok(()),
     }
-}
-
-fn points(input: &ReportInput, blob: &mut Blob) -> Result<Points, ReportError> {
-    let cloud = &input.survey.cloud;
-    let bounds = cloud.bounds();
-    let (min, size) = if bounds.is_empty() {
-        (Vec3::ZERO, Vec3::ONE)
-    } else {
-        (bounds.min, bounds.size().max(Vec3::splat(1e-6)))
-    };
-    let mut instance = vec![0_u32; cloud.len()];
-    for (number, (r, _)) in shown(input).enumerate() {
-        for &i in &r.points {
-            if let Some(slot) = instance.get_mut(i as usize) {
-                *slot = number as u32 + 1;
-            }
-        }
-    }
-    let grid = |p: Vec3| ((p - min) / size * 65535.0).round().to_array().map(|v| v as u16);
-    let mut order: Vec<(u64, [u16; 3], u32)> = cloud
-        .position_m
-        .iter()
-        .enumerate()
-        .map(|(i, p)| (morton(grid(*p)), grid(*p), i as u32))
-        .collect();
-    order.sort_unstable();
-    let shown = order.len().min(input.max_points.max(1));
-    let kept: Vec<_> = (0..shown).map(|k| order[k * order.len() / shown]).collect();
-    let xyz = [0, 1, 2].map(|axis| blob.u16_deltas(kept.iter().map(|(_, g, _)| g[axis])));
-    let instance = blob.u16_deltas(kept.iter().map(|(.., i)| instance[*i as usize] as u16));
-    let distance = (!input.point_distance_m.is_empty()).then(|| {
-        blob.u16_deltas(kept.iter().map(|(.., i)| match input.point_distance_m[*i as usize] {
-            d if d.is_nan() => 0,
-            d => (32768.0 + (d / REACH_M).clamp(-1.0, 1.0) * 32767.0) as u16,
-        }))
-    });
-    Ok(Points {
-        total: cloud.len(),
-        shown,
-        min: min.to_array(),
-        size: size.to_array(),
-        xyz,
-        instance,
-        distance,
-        reach: REACH_M,
-    })
-}
-
-/// Bits of the three coordinates in turn.
-fn morton(g: [u16; 3]) -> u64 {
-    let spread = |v: u16| (0..16).fold(0_u64, |m, bit| m | (u64::from(v >> bit & 1) << (3 * bit)));
-    spread(g[0]) | spread(g[1]) << 1 | spread(g[2]) << 2
 }

@@ -23,9 +23,17 @@ pub enum ReproduceError {
     #[error(transparent)]
     Pipeline(#[from] pipeline::PipelineError),
     #[error(transparent)]
+    Monitor(#[from] monitor::MonitorError),
+    #[error(transparent)]
     Metrics(#[from] metrics::MetricsError),
     #[error("{file}: {source}")]
     File { file: String, source: std::io::Error },
+    #[error(transparent)]
+    Peer(#[from] peers::PeerError),
+    #[error(transparent)]
+    Io(#[from] io::IoError),
+    #[error("{folder}: none of {wanted} is in it; {sources}")]
+    Data { folder: String, wanted: String, sources: &'static str },
     #[error("stopped")]
     Stopped,
 }

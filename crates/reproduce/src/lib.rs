@@ -4,8 +4,16 @@
 //! weights, so that anybody can make it again. No algorithm of the pipeline lives here: an experiment makes scenes,
 //! calls stages with the settings it compares, and asks `metrics`.
 
+mod bin_data;
+mod bin_kept;
+mod bin_parts;
+mod bin_picking;
+mod bin_rows;
+mod bin_weights;
 mod error;
 mod markdown;
+mod monitoring;
+mod monitoring_score;
 mod placement_ambiguity;
 mod placement_network;
 mod planning_log;
@@ -22,6 +30,7 @@ mod segmentation_confidence;
 mod segmentation_judge;
 mod segmentation_loss;
 mod segmentation_misses;
+mod segmentation_networks;
 mod segmentation_shapes;
 mod segmentation_sites;
 mod segmentation_suppression;
@@ -48,11 +57,13 @@ pub struct Settings {
     pub repeats: u64,
     /// Part of the full site to work on, percent.
     pub percent: u64,
+    /// As little as still makes every table of an experiment: to see that it runs, not to be quoted.
+    pub quick: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { scenes: 3, seed: 900_001, steps: 400, repeats: 5, percent: 100 }
+        Self { scenes: 3, seed: 900_001, steps: 400, repeats: 5, percent: 100, quick: false }
     }
 }
 
@@ -62,6 +73,8 @@ pub struct Bench<'a> {
     pub settings: &'a Settings,
     /// Weights of the user's own; `None`: the shipped ones that suit each catalogue.
     pub model: Option<&'a SegmentModel>,
+    /// Folder with parts and scenes of others, for the experiments that take them.
+    pub data: Option<&'a Path>,
     /// Folder for what an experiment keeps beside its page, trainings for example.
     pub folder: &'a Path,
     /// Seconds since some moment; for the experiments that state times.
@@ -82,12 +95,15 @@ pub struct Experiment {
 
 /// Every experiment, in the order of the method's chapters.
 pub const EXPERIMENTS: &[Experiment] = &[
+    bin_picking::EXPERIMENT,
+    bin_weights::EXPERIMENT,
     segmentation_sites::EXPERIMENT,
     segmentation_shapes::EXPERIMENT,
     segmentation_suppression::EXPERIMENT,
     segmentation_loss::EXPERIMENT,
     segmentation_confidence::EXPERIMENT,
     segmentation_misses::EXPERIMENT,
+    segmentation_networks::EXPERIMENT,
     segmentation_time::EXPERIMENT,
     pose_sites::EXPERIMENT,
     pose_ablation::EXPERIMENT,
@@ -98,6 +114,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     placement_ambiguity::EXPERIMENT,
     planning_tables::EXPERIMENT,
     planning_policies::EXPERIMENT,
+    monitoring::EXPERIMENT,
 ];
 
 /// The experiment of that name.
@@ -108,11 +125,14 @@ pub fn find(name: &str) -> Option<&'static Experiment> {
 /// The whole page: head with everything needed to make it again, then the body.
 pub fn page(experiment: &Experiment, bench: &Bench) -> Result<String, ReproduceError> {
     let body = (experiment.body)(bench)?;
-    let Settings { scenes, seed, steps, repeats, percent } = bench.settings;
+    let Settings { scenes, seed, steps, repeats, percent, quick } = bench.settings;
     let options = format!(
         "--scenes {scenes} --seed {seed} --steps {steps} --repeats {repeats} --percent {percent}"
     );
-    let model = if bench.model.is_some() { " --model MODEL" } else { "" };
+    let mut model = if bench.model.is_some() { " --model MODEL" } else { "" }.to_string();
+    for (given, option) in [(*quick, " --quick"), (bench.data.is_some(), " --data FOLDER")] {
+        model += if given { option } else { "" };
+    }
     Ok(format!(
         "# {}: {}\n\n`tsumu reproduce {} {options}{model}`, tsumu {}.\n\n{body}",
         experiment.name,

@@ -24,13 +24,13 @@ pub(crate) struct Figures {
 
 /// Plans of a table that differ in v alone: overflow threshold f, `None` for the method's, and the number of the seed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Case {
+pub(crate) struct Trial {
     pub policy: (&'static str, Policy),
     pub overflow_m: Option<f32>,
     pub repeat: u64,
 }
 
-impl Case {
+impl Trial {
     fn name(&self, minimum_volume_m3: f32) -> String {
         let f = self.overflow_m.map_or("method".into(), |f| f.to_string());
         format!("{},{minimum_volume_m3},{f},{}", self.policy.0, self.repeat)
@@ -61,17 +61,17 @@ impl PlanningLog {
         &mut self,
         bench: &Bench,
         span: &Span,
-        case: &Case,
+        trial: &Trial,
         volumes_m3: &[f32],
     ) -> Result<Vec<Figures>, ReproduceError> {
         let missing: Vec<f32> = volumes_m3
             .iter()
             .copied()
-            .filter(|&v| !self.known.contains_key(&case.name(v)))
+            .filter(|&v| !self.known.contains_key(&trial.name(v)))
             .collect();
         if !missing.is_empty() {
-            let config = PlanConfig { overflow_m: case.overflow_m, ..settings(case.policy.1) };
-            let seed = SeedTree::new(bench.settings.seed).child("plan", case.repeat);
+            let config = PlanConfig { overflow_m: trial.overflow_m, ..settings(trial.policy.1) };
+            let seed = SeedTree::new(bench.settings.seed).child("plan", trial.repeat);
             let start = (bench.clock)();
             let plans = span.plans(&config, &missing, seed, bench.observer)?;
             let made = plans.iter().filter(|p| p.made).count();
@@ -86,11 +86,11 @@ impl PlanningLog {
                     protruding: f64::from(plan.protruding),
                     seconds: if of.made { seconds } else { 0.0 },
                 };
-                self.known.insert(case.name(of.minimum_volume_m3), figures);
+                self.known.insert(trial.name(of.minimum_volume_m3), figures);
             }
             self.write()?;
         }
-        Ok(volumes_m3.iter().map(|&v| self.known[&case.name(v)]).collect())
+        Ok(volumes_m3.iter().map(|&v| self.known[&trial.name(v)]).collect())
     }
 
     fn write(&self) -> Result<(), ReproduceError> {
@@ -139,8 +139,8 @@ mod tests {
             protruding: 7.0,
             seconds: 1.25,
         };
-        let case = Case { policy: ("search", Policy::Search), overflow_m: None, repeat: 2 };
-        log.known.insert(case.name(0.4), figures);
+        let trial = Trial { policy: ("search", Policy::Search), overflow_m: None, repeat: 2 };
+        log.known.insert(trial.name(0.4), figures);
         log.write().unwrap();
         let again = PlanningLog::open(file.clone(), "site one".into());
         assert_eq!(again.known.get("search,0.4,method,2"), Some(&figures));

@@ -1,6 +1,6 @@
 //! The policies against each other at the method's v and f and at f = 0.5 m, where the thesis' network was worse.
 
-use crate::planning_log::{Case, Figures, PlanningLog};
+use crate::planning_log::{Figures, PlanningLog, Trial};
 use crate::planning_site::{POLICIES, Span, mean_and_spread, method_volume_m3};
 use crate::{Bench, Experiment, ReproduceError, Table};
 use std::fmt::Write;
@@ -40,8 +40,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         for (policy_name, policy) in POLICIES {
             let mut plans = Vec::new();
             for repeat in 0..bench.settings.repeats {
-                let case = Case { policy: (policy_name, policy), overflow_m, repeat };
-                plans.extend(log.figures(bench, &span, &case, &[volume_m3])?);
+                let trial = Trial { policy: (policy_name, policy), overflow_m, repeat };
+                plans.extend(log.figures(bench, &span, &trial, &[volume_m3])?);
             }
             let of =
                 |f: fn(&Figures) -> f64| mean_and_spread(&plans.iter().map(f).collect::<Vec<_>>());

@@ -3,7 +3,7 @@
 //! Every plan is kept as it is made (`planning-tables.csv` beside the page), seed by seed, so that a run that was stopped
 //! goes on and one with more repeats makes only those.
 
-use crate::planning_log::{Case, Figures, PlanningLog};
+use crate::planning_log::{Figures, PlanningLog, Trial};
 use crate::planning_site::{POLICIES, Span, mean_and_spread};
 use crate::{Bench, Experiment, ReproduceError, Table};
 use std::fmt::Write;
@@ -25,8 +25,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         // The quick policy first: a run that is stopped early has whole tables.
         for policy in POLICIES.into_iter().rev() {
             for f in OVERFLOWS_M {
-                let case = Case { policy, overflow_m: Some(f), repeat };
-                let figures = log.figures(bench, &span, &case, &VOLUMES_M3)?;
+                let trial = Trial { policy, overflow_m: Some(f), repeat };
+                let figures = log.figures(bench, &span, &trial, &VOLUMES_M3)?;
                 let cell = |(v, figures)| Cell { policy: policy.0, v, f, figures };
                 found.extend(VOLUMES_M3.into_iter().zip(figures).map(cell));
             }

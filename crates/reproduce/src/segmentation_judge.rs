@@ -1,12 +1,12 @@
 //! Instances of a scene against its truth: precision, recall, AP (METHOD §5). Blocks hidden to 80 % or more are
-//! neither asked for nor held against an instance that lies on them.
+//! neither scored nor held against an instance that lies on them.
 
 use crate::ReproduceError;
 use metrics::{DetectionCounts, InstanceScene, ScoredScene};
 use scene::Segmentation;
 use synth::SynthScene;
 
-/// Occlusion from which a block is not asked for.
+/// Occlusion from which a block is not scored.
 pub const HIDDEN: f32 = 0.8;
 
 /// Labels of one scene without what does not count, ready to be pooled.

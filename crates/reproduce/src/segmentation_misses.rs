@@ -79,7 +79,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     ))
 }
 
-/// Adds the causes of one scene's misses; returns the number of blocks asked for.
+/// Adds the causes of one scene's misses; returns the number of blocks scored.
 fn causes(made: &SynthScene, catalog: &Catalog, found: &Segmentation, sums: &mut Sums) -> usize {
     let mut shared: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     let mut of_instance = vec![0; found.instances + 1];

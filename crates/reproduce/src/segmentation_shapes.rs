@@ -113,7 +113,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
 }
 
 /// The points of recognised blocks as instances.
-fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
+pub fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
     let mut found = Segmentation {
         instance: vec![0; points],
         confidence: vec![0.0; points],

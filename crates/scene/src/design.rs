@@ -22,7 +22,8 @@ pub enum DesignSurface {
     },
     /// A cross-section swept along an alignment.
     Section {
-        /// Points of the alignment polyline (crest centre line), at least two.
+        /// Points of the alignment polyline (crest centre line), at least two; none when they come from a file.
+        #[serde(default)]
         alignment: Vec<[f64; 2]>,
         /// Height of the crest, metres.
         crest_level_m: f64,
@@ -249,6 +250,73 @@ impl DesignSurface {
         }
     }
 
+    /// The same design along this alignment; a design that is no section stays as it is.
+    #[must_use]
+    pub fn along(self, points: Vec<[f64; 2]>) -> Self {
+        match self {
+            Self::Section {
+                alignment: _,
+                crest_level_m,
+                crest_width_m,
+                left_slope_m,
+                right_slope_m,
+                toe_level_m,
+            } => Self::Section {
+                alignment: points,
+                crest_level_m,
+                crest_width_m,
+                left_slope_m,
+                right_slope_m,
+                toe_level_m,
+            },
+            other => other,
+        }
+    }
+
+    /// Lowest and highest design height, metres; `None` when nothing is designed. Sloping planes are taken at the corners of their
+    /// boundary.
+    pub fn levels(&self) -> Option<[f64; 2]> {
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            let finite = values.filter(|v| v.is_finite());
+            let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
+                [low.min(v), high.max(v)]
+            });
+            (low <= high).then_some([low, high])
+        };
+        match self {
+            Self::Level { level_m, .. } => range(&mut [*level_m].into_iter()),
+            Self::Planes { boundary, plane } => {
+                // The corners themselves lie on the edge; the planes have a height there all the same.
+                let everywhere =
+                    Self::Planes { plane: plane.clone(), boundary: self.around().to_vec() };
+                range(&mut boundary.iter().filter_map(|p| everywhere.level_at(p[0], p[1])))
+            }
+            Self::Section { crest_level_m, toe_level_m, .. } => {
+                range(&mut [*toe_level_m, *crest_level_m].into_iter())
+            }
+            Self::Grid { level_m, .. } => range(&mut level_m.iter().copied()),
+        }
+    }
+
+    /// Corners of a box one metre wider than the works.
+    fn around(&self) -> [[f64; 2]; 4] {
+        let [[w, s], [e, n]] = self.extent();
+        [[w - 1.0, s - 1.0], [e + 1.0, s - 1.0], [e + 1.0, n + 1.0], [w - 1.0, n + 1.0]]
+    }
+
+    /// Why the design cannot be for a survey with these lowest and highest heights: a part of it lies more than 100 m off, as
+    /// heights in another unit or no-data marks do. `None`: it can.
+    pub fn heights_objection(&self, survey_low_m: f64, survey_high_m: f64) -> Option<String> {
+        const MOST_M: f64 = 100.0;
+        let [low, high] = self.levels()?;
+        let off = (survey_low_m - low).max(high - survey_high_m);
+        (off > MOST_M).then(|| {
+            format!(
+                "the design's heights are {low:.2} to {high:.2} m, the survey's {survey_low_m:.2} to {survey_high_m:.2} m: they cannot belong together; check the unit, the no-data value and the vertical datum of the design"
+            )
+        })
+    }
+
     /// Smallest box (east, north) around the works: `[min, max]`.
     pub fn extent(&self) -> [[f64; 2]; 2] {
         let around = |points: &[[f64; 2]], margin: f64| {
@@ -359,6 +427,23 @@ mod tests {
         assert_eq!(grid.level_at(11.0, 21.0), Some(1.5));
         assert_eq!(grid.level_at(13.0, 21.5), None);
         assert_eq!(grid.level_at(9.9, 21.0), None);
+    }
+
+    #[test]
+    fn a_design_that_cannot_be_for_the_survey_is_named_with_both_ranges() {
+        let grid = |levels: [f64; 4]| DesignSurface::Grid {
+            origin: [0.0, 0.0],
+            cell_m: 1.0,
+            columns: 2,
+            level_m: levels.to_vec(),
+        };
+        let objection = |levels| grid(levels).heights_objection(-2.0, 5.5);
+        assert_eq!(objection([3.4, 3.4, f64::NAN, 8.0]), None);
+        for levels in [[340.0; 4], [3.4, 3.4, -9999.9, 3.4], [-32768.0; 4]] {
+            let said = objection(levels).unwrap();
+            assert!(said.contains("-2.00 to 5.50") && said.contains("heights are"), "{said}");
+        }
+        assert_eq!(objection([f64::NAN; 4]), None);
     }
 
     #[test]

@@ -4,11 +4,14 @@
 //! [`SiteFrame`] goes between local and projected coordinates.
 
 pub mod catalog;
+pub mod complaint;
 pub mod design;
 pub mod instance;
 pub mod model;
 pub mod pile;
 pub mod plan;
+pub mod point_mark;
+pub mod quantity;
 pub mod recognised;
 pub mod review;
 pub mod same_block;
@@ -18,15 +21,20 @@ pub mod survey;
 pub mod symmetry;
 
 pub use catalog::{BlockSpec, CatalogSpec, LengthUnit, Shape};
+pub use complaint::{Complaint, Severity};
 pub use design::{DesignSurface, SlopingPlane};
 pub use instance::{CentreHypothesis, InstanceId, LabelledCloud, Segmentation};
 pub use model::{BlockModel, Catalog, ConvexPart, MOST_PARTS_ERROR, ModelId};
 pub use pile::{Ground, PlacedBlock, Scene};
 pub use plan::{Placement, PlacementState, Plan, PlanSummary};
+pub use point_mark::{PointFlag, PointMark};
+pub use quantity::{AreaVolume, SectionQuantity};
 pub use recognised::{Covariance, Fit, Guess, Recognised, Verdict, stated};
-pub use review::{Decision, Review, ReviewedBlock};
+pub use recognised::{Judgement, Recognised};
+pub use review::{Decision, PlacementDecision, Review, ReviewedBlock, ReviewedPlacement};
+pub use review::{Review, ReviewedBlock, Verdict};
 pub use same_block::{PoseError, PoseLimits, PosedModel, is_right, same_block};
 pub use shape_signature::ShapeSignature;
-pub use site::{Area, DesignFile, GroundSpec, SiteError, SiteSpec, SurveySpec};
+pub use site::{AlignmentFile, Area, DesignFile, GroundSpec, SiteError, SiteSpec, SurveySpec};
 pub use survey::{AxisOrder, SensorKind, SiteFrame, Survey};
 pub use symmetry::SymmetryGroup;

@@ -1,18 +1,19 @@
 //! What `site.toml` says, before its files are read.
 
 use crate::design::DesignError;
-use crate::{AxisOrder, DesignSurface, SensorKind, SlopingPlane};
+use crate::{AxisOrder, DesignSurface, LengthUnit, PointMark, SensorKind, SlopingPlane};
 use geom::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// The whole file. Paths are relative to it and stay inside its folder.
+/// The whole file. Relative paths begin at its folder; the catalogue and its meshes lie in it, surveys and designs may lie
+/// anywhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SiteSpec {
     /// Name for reports.
     pub name: String,
-    /// Coordinate reference system, `EPSG:n`, or `none` for a bin.
+    /// Coordinate reference system, `EPSG:n`, or `none` for a bin; empty: what the surveys' files say.
     #[serde(default)]
     pub crs: String,
     /// Vertical datum in words.
@@ -39,6 +40,9 @@ pub struct SiteSpec {
     /// The same from a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design_file: Option<DesignFile>,
+    /// The alignment of a `section` design from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alignment_file: Option<AlignmentFile>,
     /// What the blocks lie on, where the surveys do not show it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground: Option<GroundSpec>,
@@ -121,6 +125,12 @@ pub struct SurveySpec {
     /// Added to the file's heights to bring them to the site's vertical datum, metres; needed in a site with a CRS.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vertical_offset_m: Option<f64>,
+    /// Classes and flags whose points are left out besides withheld points, noise (7, 18) and water (9).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leave_out: Vec<PointMark>,
+    /// Classes and flags whose points are kept although they would be left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub keep: Vec<PointMark>,
 }
 
 /// A design surface from LandXML, GeoTIFF or DXF, sampled on a grid.
@@ -132,6 +142,23 @@ pub struct DesignFile {
     /// Spacing of the grid, metres.
     #[serde(default = "default_cell_m")]
     pub cell_m: f64,
+    /// The surface of a LandXML, or the layer of a DXF, where the file has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<String>,
+    /// Unit of a DXF, where its own is wrong.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<LengthUnit>,
+}
+
+/// An alignment from LandXML, DXF or a text table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AlignmentFile {
+    /// The file.
+    pub file: PathBuf,
+    /// The alignment of a LandXML, or the layer of a DXF, where the file has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
 }
 
 fn default_cell_m() -> f64 {
@@ -189,6 +216,19 @@ pub enum SiteError {
         /// What is allowed.
         why: &'static str,
     },
+    /// A class that is left out and kept.
+    #[error("survey `{file}`: {mark:?} stands in `leave_out` and in `keep`; take it out of one")]
+    LeftOutAndKept {
+        /// The survey's file.
+        file: String,
+        /// The class or flag.
+        mark: PointMark,
+    },
+    /// An alignment without a design that needs one, or besides the design's own.
+    #[error(
+        "[alignment_file] goes with a [design] of `kind = \"section\"` that has no `alignment` of its own"
+    )]
+    AlignmentUnused,
     /// Two designs.
     #[error("give either [design] or [design_file], not both")]
     TwoDesigns,
@@ -203,10 +243,16 @@ impl SiteSpec {
         self.crs != "none"
     }
 
-    /// Checks what the types cannot.
+    /// Checks what the types cannot: the first of [`Self::problems`].
     pub fn check(&self) -> Result<(), SiteError> {
+        self.problems().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Everything that the types cannot check, in the order of the file.
+    pub fn problems(&self) -> Vec<SiteError> {
+        let mut out = Vec::new();
         match self.crs.as_str() {
-            "" => return Err(SiteError::NoCrs),
+            "" => out.push(SiteError::NoCrs),
             "none" => {}
             crs => {
                 let digits = crs.strip_prefix("EPSG:").unwrap_or_default();
@@ -214,41 +260,61 @@ impl SiteSpec {
                     || digits.len() > 6
                     || !digits.bytes().all(|b| b.is_ascii_digit())
                 {
-                    return Err(SiteError::BadCrs { crs: crs.into() });
+                    out.push(SiteError::BadCrs { crs: crs.into() });
                 }
             }
         }
         if self.survey.is_empty() {
-            return Err(SiteError::NoSurvey);
+            out.push(SiteError::NoSurvey);
         }
         for survey in &self.survey {
-            survey.check(self.has_crs())?;
+            survey.problems(self.has_crs(), &mut out);
         }
-        self.area.iter().try_for_each(Area::check)?;
+        out.extend(self.area.iter().filter_map(|a| a.check().err()));
+        out.extend(self.design_problem());
+        out.extend(match self.ground {
+            Some(GroundSpec::Plane(plane)) => positive("ground.slope_m", plane.slope_m).err(),
+            Some(GroundSpec::Level { level_m }) => finite("ground.level_m", level_m).err(),
+            None => None,
+        });
+        out
+    }
+
+    fn design_problem(&self) -> Option<SiteError> {
+        let own = match &self.design {
+            Some(DesignSurface::Section { alignment, .. }) => Some(!alignment.is_empty()),
+            _ => None,
+        };
+        match (&self.alignment_file, own) {
+            (Some(_), Some(false)) => {}
+            (Some(_), _) => return Some(SiteError::AlignmentUnused),
+            (None, _) => {}
+        }
         match (&self.design, &self.design_file) {
-            (Some(_), Some(_)) => return Err(SiteError::TwoDesigns),
-            (Some(design), None) => design.check()?,
-            (None, Some(file)) => positive("design_file.cell_m", file.cell_m)?,
-            (None, None) => {}
-        }
-        match self.ground {
-            Some(GroundSpec::Plane(plane)) => positive("ground.slope_m", plane.slope_m),
-            Some(GroundSpec::Level { level_m }) => finite("ground.level_m", level_m),
-            None => Ok(()),
+            (Some(_), Some(_)) => Some(SiteError::TwoDesigns),
+            // The alignment comes from its file.
+            (Some(_), None) if self.alignment_file.is_some() => None,
+            (Some(design), None) => design.check().err().map(Into::into),
+            (None, Some(file)) => positive("design_file.cell_m", file.cell_m).err(),
+            (None, None) => None,
         }
     }
 }
 
 impl SurveySpec {
-    fn check(&self, needs_offset: bool) -> Result<(), SiteError> {
+    fn problems(&self, needs_offset: bool, out: &mut Vec<SiteError>) {
+        let file = || self.file.display().to_string();
         match self.vertical_offset_m {
-            Some(v) => finite("survey.vertical_offset_m", v)?,
-            None if needs_offset => {
-                return Err(SiteError::NoOffset { file: self.file.display().to_string() });
-            }
+            Some(v) => out.extend(finite("survey.vertical_offset_m", v).err()),
+            None if needs_offset => out.push(SiteError::NoOffset { file: file() }),
             None => {}
         }
-        self.sensors().flatten().try_for_each(|v| finite("survey.sensor_position", v))
+        out.extend(
+            self.sensors().flatten().find_map(|v| finite("survey.sensor_position", v).err()),
+        );
+        if let Some(mark) = self.leave_out.iter().find(|m| self.keep.contains(m)) {
+            out.push(SiteError::LeftOutAndKept { file: file(), mark: *mark });
+        }
     }
 
     /// Every stated sensor position, in the file's coordinates.

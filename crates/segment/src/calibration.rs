@@ -15,19 +15,23 @@ use serde::{Deserialize, Serialize};
 /// Distance to a true centre below which a hypothesis is right, d_max.
 const RIGHT: f32 = 0.25;
 
-/// Thinned points around a centre from which a survey counts as dense there.
-const CROWD: f32 = 200.0;
+/// Thinned points around a centre from which a survey counts as dense there. Free choice; no other was tried.
+const DENSE: f32 = 200.0;
 
 /// Widths tried, d_max. Votes on a shape that was trained on scatter by 0.1 to 0.2, on others by twice that; blocks
 /// that touch are further apart than 0.7.
 const WIDTHS: [f32; 4] = [0.12, 0.15, 0.19, 0.24];
+
+/// Weak pull of the fit towards no slope, no shortfall and no offset. Free choice: far below what a hundred hypotheses say,
+/// enough to keep separable data finite.
+const PULL: [f64; 3] = [1e-3, 1e-2, 1e-9];
 
 /// How votes become hypotheses with a confidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     /// Width of the kernel, d_max.
     pub vote_width: f32,
-    /// What the density under it is worth.
+    /// From the density under it to a confidence.
     pub confidence: Confidence,
 }
 
@@ -54,7 +58,7 @@ pub struct Confidence {
     pub density_at_half: f32,
     /// Steepness per e-fold of density.
     pub slope: f32,
-    /// What an e-fold fewer points around a centre is worth; 0 in files that state none.
+    /// E-folds of density that an e-fold fewer points around a centre stand for; 0 in files that state none.
     #[serde(default)]
     pub thin: f32,
 }
@@ -69,8 +73,8 @@ impl Default for Confidence {
 impl PeakFeatures {
     /// ln density, and how many e-folds the place falls short of a dense survey.
     fn terms(&self) -> [f32; 2] {
-        let crowd = self.around.min(CROWD);
-        [self.density.max(1e-6).ln(), ((CROWD + 1.0) / (crowd + 1.0)).ln()]
+        let points = self.around.min(DENSE);
+        [self.density.max(1e-6).ln(), ((DENSE + 1.0) / (points + 1.0)).ln()]
     }
 }
 
@@ -88,7 +92,7 @@ impl Confidence {
             return None;
         }
         // Newton's method for p = 1 / (1 + exp(−w·x)), x = (ln density, shortfall, 1), with a weak pull towards none.
-        let pull = [1e-3, 1e-2, 1e-9];
+        let pull = PULL;
         let mut w = [0.0_f64; 3];
         for _ in 0..50 {
             let mut g: [f64; 3] = std::array::from_fn(|i| -pull[i] * w[i]);
@@ -125,8 +129,8 @@ impl Confidence {
 
 /// What a network makes of scenes it was not trained on, under every width tried.
 #[derive(Debug, Default)]
-pub struct Evidence {
-    by_width: [Seen; WIDTHS.len()],
+pub struct CalibrationData {
+    by_width: [HypothesesOfWidth; WIDTHS.len()],
 }
 
 /// One width on those scenes.
@@ -139,18 +143,18 @@ pub struct Trial {
     /// The curve fitted to them; none where all were right or all wrong.
     pub confidence: Option<Confidence>,
     /// Area under precision against blocks found, blocks.
-    pub worth_blocks: f32,
+    pub precision_area_blocks: f32,
 }
 
 #[derive(Debug, Default)]
-struct Seen {
+struct HypothesesOfWidth {
     /// PeakFeatures and rightness of every hypothesis.
     all: Vec<(PeakFeatures, bool)>,
     /// PeakFeatures of those far enough apart for instances, and whether each is the first at its true centre.
     apart: Vec<(PeakFeatures, bool)>,
 }
 
-impl Evidence {
+impl CalibrationData {
     /// Adds a scene.
     pub fn add(
         &mut self,
@@ -182,12 +186,12 @@ impl Evidence {
         Ok(())
     }
 
-    /// What each width tried is worth.
+    /// How well each width tried ranks right instances before wrong ones.
     pub fn trials(&self) -> impl Iterator<Item = Trial> + '_ {
         WIDTHS.iter().zip(&self.by_width).map(|(&vote_width, seen)| {
             let confidence = Confidence::fit(&seen.all);
-            let worth_blocks = confidence.map_or(0.0, |c| seen.worth_blocks(&c));
-            Trial { vote_width, hypotheses: seen.all.len(), confidence, worth_blocks }
+            let precision_area_blocks = confidence.map_or(0.0, |c| seen.precision_area_blocks(&c));
+            Trial { vote_width, hypotheses: seen.all.len(), confidence, precision_area_blocks }
         })
     }
 
@@ -195,16 +199,16 @@ impl Evidence {
     pub fn fit(&self) -> Option<Calibration> {
         // Of equals the narrower.
         let better = |best: Trial, next: Trial| {
-            if next.worth_blocks > best.worth_blocks { next } else { best }
+            if next.precision_area_blocks > best.precision_area_blocks { next } else { best }
         };
         let best = self.trials().filter(|t| t.confidence.is_some()).reduce(better)?;
         Some(Calibration { vote_width: best.vote_width, confidence: best.confidence? })
     }
 }
 
-impl Seen {
+impl HypothesesOfWidth {
     /// Area under precision against blocks found, most confident instance first; blocks.
-    fn worth_blocks(&self, curve: &Confidence) -> f32 {
+    fn precision_area_blocks(&self, curve: &Confidence) -> f32 {
         let mut ranked: Vec<(f32, bool)> =
             self.apart.iter().map(|(features, first)| (curve.of(features), *first)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -248,17 +252,20 @@ mod tests {
         let dense = |density| PeakFeatures { density, around: 300.0 };
         let seen = |rows: &[(f32, bool)]| {
             let rows: Vec<_> = rows.iter().map(|&(d, right)| (dense(d), right)).collect();
-            Seen { all: rows.clone(), apart: rows }
+            HypothesesOfWidth { all: rows.clone(), apart: rows }
         };
         let mixed = || seen(&[(9.0, true), (8.0, false), (7.0, true), (6.0, false), (1.0, false)]);
         let ordered = seen(&[(9.0, true), (8.0, true), (7.0, false), (6.0, false), (1.0, false)]);
-        let evidence = Evidence { by_width: [mixed(), ordered, mixed(), Seen::default()] };
+        let evidence =
+            CalibrationData { by_width: [mixed(), ordered, mixed(), HypothesesOfWidth::default()] };
         assert_eq!(evidence.fit().unwrap().vote_width, WIDTHS[1]);
         assert!(
-            (mixed().worth_blocks(&evidence.fit().unwrap().confidence) - (1.0 + 2.0 / 3.0)).abs()
+            (mixed().precision_area_blocks(&evidence.fit().unwrap().confidence)
+                - (1.0 + 2.0 / 3.0))
+                .abs()
                 < 1e-6
         );
-        assert_eq!(Evidence::default().fit(), None);
+        assert_eq!(CalibrationData::default().fit(), None);
     }
 
     #[test]

@@ -8,6 +8,13 @@ use net::floats;
 use net::prelude::{Device, Int, Tensor, TensorData, relu, softplus};
 use serde::{Deserialize, Serialize};
 
+/// Pairs farther apart than this, d_max, cannot be of one block (Eq. 2.4).
+const VALID: f32 = 2.0;
+/// The error of a vote has three components, each with the same scale.
+const AXES: f32 = 3.0;
+/// Keeps the slope of a square root finite at 0.
+const TINY: f32 = 1e-8;
+
 /// How the distance between two embeddings enters the pair loss.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -178,10 +185,10 @@ pub fn loss(
     let truth = targets.offset.iter().flat_map(|o| o.to_array()).collect::<Vec<f32>>();
     let truth = Tensor::<2>::from_data(TensorData::new(truth, [n, 3]), device);
 
-    let error = (output.offset - truth).square().sum_dim(1).add_scalar(1e-8).sqrt(); // [n, 1]
+    let error = (output.offset - truth).square().sum_dim(1).add_scalar(TINY).sqrt(); // [n, 1]
     let offset = (error.clone() * mask.clone()).sum() / counted;
     // Laplace in three dimensions; the error itself is held fixed so that only its expectation learns from this.
-    let expected = error.detach() * (-output.log_error.clone()).exp() + output.log_error * 3.0;
+    let expected = error.detach() * (-output.log_error.clone()).exp() + output.log_error * AXES;
     let expected = (expected * mask.clone()).sum() / counted;
     let label = column(targets.instance.iter().map(|&i| f32::from(i > 0)).collect());
     let block = (softplus(output.block.clone(), 1.0) - output.block * label)
@@ -233,7 +240,7 @@ pub fn pair_loss(
         (Vec::with_capacity(m * m), Vec::with_capacity(m * m), 0.0_f32);
     for &i in chosen {
         for &j in chosen {
-            let near = (targets.position[i] - targets.position[j]).length_squared() < 4.0;
+            let near = (targets.position[i] - targets.position[j]).length_squared() < VALID * VALID;
             let counts = if near || !config.valid_distance { 1.0 } else { 0.0 };
             let attention = if config.attention { (score[i] + score[j]).min(1.0) } else { 1.0 };
             let one = targets.instance[i] == targets.instance[j];
@@ -248,7 +255,7 @@ pub fn pair_loss(
     let squared = relu(norm.clone() + norm.transpose() - inner * 2.0);
     let distance = match config.distance {
         // The root has no slope at 0: a point with itself must not give one.
-        PairDistance::Plain => squared.add_scalar(1e-8).sqrt(),
+        PairDistance::Plain => squared.add_scalar(TINY).sqrt(),
         PairDistance::Squared => squared,
     };
     let pull = relu(distance.clone().sub_scalar(config.near)) * square(same);

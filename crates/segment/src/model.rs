@@ -28,13 +28,13 @@ pub struct ModelDescription {
     /// Width of the kernel under which votes gather, d_max.
     #[serde(default = "narrow")]
     pub vote_width: f32,
-    /// What a density of votes is worth.
+    /// From a density of votes to a confidence.
     #[serde(default)]
     pub confidence: Confidence,
 }
 
 /// So much more confidence an instance needs from weights for any shape: theirs was fitted to shapes like those they were
-/// trained on, and a user's own is a stranger to them.
+/// trained on, and a user's own was never seen.
 const CAUTION: f32 = 0.1;
 
 /// For files that state no width.

@@ -9,7 +9,7 @@ mod picture;
 mod scenes;
 
 use crate::SegmentError;
-use crate::calibration::{Calibration, Evidence};
+use crate::calibration::{Calibration, CalibrationData};
 use crate::loss::{LossConfig, LossReport};
 use crate::model::SegmentModel;
 use crate::network::{Design, Inference, NetworkConfig, Weighted};
@@ -190,8 +190,8 @@ pub(crate) fn train_design<D: Design>(
     let outcome = std::thread::scope(|scope| {
         let mut stream = Stream::new(scope, source, config, seed, training.first());
         let held_out = scenes::validation_tiles(source, config, seed)?;
-        let lessons = Lessons { design, config, seed, held_out, folder: &folder };
-        training.run(&lessons, |step| stream.scenes_at(step))
+        let tiles = TrainingTiles { design, config, seed, held_out, folder: &folder };
+        training.run(&tiles, |step| stream.scenes_at(step))
     })?;
     let mut model = model_of(design, &outcome.network, config, outcome.steps);
     let votes = matches!(model.network.inference(), Inference::Votes(_));
@@ -220,7 +220,7 @@ fn model_of<D: Design>(
 }
 
 /// Tiles of scenes, for the training loop.
-struct Lessons<'a, D> {
+struct TrainingTiles<'a, D> {
     design: &'a D,
     config: &'a TrainConfig,
     seed: SeedTree,
@@ -228,7 +228,7 @@ struct Lessons<'a, D> {
     folder: &'a Folder,
 }
 
-impl<D: Design> Task for Lessons<'_, D> {
+impl<D: Design> Task for TrainingTiles<'_, D> {
     type Network = D::Weights;
     type Batch = Vec<Variants>;
     type Report = LossReport;
@@ -292,7 +292,7 @@ fn calibrated(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Calibration, SegmentError> {
-    let mut seen = Evidence::default();
+    let mut seen = CalibrationData::default();
     observer.event(Event::Started { stage: "calibrate", total: config.calibration_scenes });
     for number in 0..config.calibration_scenes {
         let index = config.validation_scenes + number;

@@ -7,6 +7,13 @@ use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+/// Votes that count less are left out: they cost time and move nothing.
+const LEAST_WEIGHT: f32 = 1e-3;
+/// The Gaussian kernel is cut off at so many widths, where it is 4 %.
+const KERNEL_REACH: f32 = 2.5;
+/// A step of mean shift whose square is below this, a thousandth of d_max, has arrived.
+const STILL_SQUARED: f32 = 1e-6;
+
 /// Modes nearer than this are one hypothesis.
 const SAME: f32 = 0.2;
 /// Smallest expected error taken at its word.
@@ -43,7 +50,7 @@ pub(crate) fn peaks(votes: &[Vote], width: f32) -> Vec<Peak> {
     // Votes are pooled in cells of half a width first: they come by the hundred a block.
     let mut cells: BTreeMap<[i32; 3], (Vec3, f32)> = BTreeMap::new();
     let edge = width / 2.0;
-    for v in votes.iter().filter(|v| v.weight > 1e-3 && v.at.is_finite()) {
+    for v in votes.iter().filter(|v| v.weight > LEAST_WEIGHT && v.at.is_finite()) {
         let key = (v.at / edge).floor();
         let entry =
             cells.entry([key.x as i32, key.y as i32, key.z as i32]).or_insert((Vec3::ZERO, 0.0));
@@ -53,10 +60,10 @@ pub(crate) fn peaks(votes: &[Vote], width: f32) -> Vec<Peak> {
     let pooled: Vec<Vote> =
         cells.values().map(|&(sum, weight)| Vote { at: sum / weight, weight }).collect();
     let positions: Vec<Vec3> = pooled.iter().map(|v| v.at).collect();
-    let grid = PointGrid::new(&positions, 2.5 * width);
+    let grid = PointGrid::new(&positions, KERNEL_REACH * width);
     let look = |at: Vec3| {
         let (mut sum, mut mass) = (Vec3::ZERO, 0.0);
-        grid.for_each_within(at, 2.5 * width, |i, p, d2| {
+        grid.for_each_within(at, KERNEL_REACH * width, |i, p, d2| {
             let k = pooled[i as usize].weight * (-d2 / (2.0 * width * width)).exp();
             sum += (p - at) * k;
             mass += k;
@@ -69,7 +76,7 @@ pub(crate) fn peaks(votes: &[Vote], width: f32) -> Vec<Peak> {
             let mut at = v.at;
             for _ in 0..STEPS {
                 let next = look(at).0;
-                let still = (next - at).length_squared() < 1e-6;
+                let still = (next - at).length_squared() < STILL_SQUARED;
                 at = next;
                 if still {
                     break;

@@ -5,6 +5,9 @@ use geom::{SeedTree, TriMesh, Vec3};
 use rand::RngExt;
 use scene::Ground;
 
+/// Distance of the stones' lattice in stones: closer than a stone, so that the bed is closed. Free choice.
+const SPACING: f32 = 0.8;
+
 /// Grid nodes across one stone.
 const NODES_PER_STONE: f32 = 2.5;
 /// How far the bed continues past the site, in lengths of the largest block.
@@ -45,7 +48,7 @@ pub(crate) fn bed(bed: &Bed, resolved: &Resolved, seed: SeedTree) -> Ground {
         return Ground::Grid { origin, cell_m, nx, z_m };
     }
     let mut rng = seed.rng();
-    let lattice = 0.8 * stone_m;
+    let lattice = SPACING * stone_m;
     let [mx, my] = half.map(|h| (2.0 * h / lattice).ceil() as usize + 1);
     for k in 0..mx * my {
         let mut jitter = || rng.random_range(-0.4..0.4) * lattice;

@@ -25,8 +25,8 @@ impl Camera {
     pub fn looking_at(region: &Bounds, position: Vec3, pixel_m: f32) -> Self {
         let to = region.centre() - position;
         let forward = to.normalize();
-        let aside = if forward.z.abs() > 0.99 { Vec3::Y } else { Vec3::Z };
-        let right = forward.cross(aside).normalize();
+        let reference = if forward.z.abs() > 0.99 { Vec3::Y } else { Vec3::Z };
+        let right = forward.cross(reference).normalize();
         let up = right.cross(forward);
         let (low, high) = (region.min, region.max);
         let mut span = [[f32::INFINITY, f32::NEG_INFINITY]; 2];

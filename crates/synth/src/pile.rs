@@ -8,6 +8,9 @@ use rand_distr::{Distribution, StandardNormal};
 use scene::{Catalog, Ground, InstanceId, ModelId, PlacedBlock};
 use sim::{BlockShape, BodyId, World};
 
+/// A block hangs this much of the widest one above what lies below: half of it, and a little.
+const HANGS: f32 = 0.55;
+
 /// A pile that passed every check.
 pub(crate) struct Pile {
     pub blocks: Vec<PlacedBlock>,
@@ -46,7 +49,7 @@ pub(crate) fn drop_pile(
         for place in places {
             let highest = highest_m(&world, &dropped[..below], place, catalog, ground, resolved);
             let model = draw(&resolved.mix, &mut rng);
-            let above = Vec3::Z * (highest + 0.55 * resolved.widest_m);
+            let above = Vec3::Z * (highest + HANGS * resolved.widest_m);
             let turn = random_rotation(&mut rng);
             // The centre of mass hangs at the place, whatever the mesh's origin.
             let pose = Pose::from_parts(place + above - turn * catalog.get(model).centre, turn);

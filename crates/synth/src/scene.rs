@@ -9,6 +9,11 @@ use crate::targets::Targets;
 use geom::{PointCloud, SeedTree, TriMesh, Vec3};
 use scene::{Catalog, Scene, SiteFrame, Survey};
 
+/// Width of a strip of the scan in largest blocks,
+const STRIP: f32 = 0.25;
+/// and its steps in strips. Free choices: only the order of the points depends on them.
+const STEP: f32 = 0.1;
+
 /// A pile, its survey and what nobody knows of a real one.
 #[derive(Clone, Debug)]
 pub struct SynthScene {
@@ -106,8 +111,8 @@ fn top_m(scene: &Scene, catalog: &Catalog) -> f32 {
 
 /// Points in strips, as surveys come, so that neither the order tells the block nor neighbours lie far apart in memory.
 fn in_scan_order(mut scan: Scan, resolved: &Resolved) -> Scan {
-    let strip = 0.25 * resolved.largest_m;
-    let key = |p: &Vec3| ((p.y / strip).floor(), (p.x / (0.1 * strip)).floor());
+    let strip = STRIP * resolved.largest_m;
+    let key = |p: &Vec3| ((p.y / strip).floor(), (p.x / (STEP * strip)).floor());
     let mut order: Vec<usize> = (0..scan.points.len()).collect();
     // A stable sort: ties keep the order in which the sensor made them, which is random.
     order.sort_by(|&a, &b| {

@@ -36,6 +36,12 @@ pub struct ReproduceArgs {
     /// Part of the full planning site, percent
     #[arg(long, default_value_t = Settings::default().percent)]
     percent: u64,
+    /// As little as still makes every table: to see that it runs, not to be quoted
+    #[arg(long)]
+    quick: bool,
+    /// Folder with parts and scenes of others, for `bin-picking`: IPAGearShaft.stl, IPARingScrew.stl, XA_A.txt, XA_B.txt, XA_C.txt
+    #[arg(long, value_name = "FOLDER")]
+    data: Option<PathBuf>,
     /// Weights to judge [default: the shipped ones]
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
@@ -71,6 +77,7 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal) -> Result<(), Exit> 
         steps: args.steps,
         repeats: args.repeats,
         percent: args.percent,
+        quick: args.quick,
     };
     std::fs::create_dir_all(&args.out)
         .with_context(|| args.out.display().to_string())
@@ -80,6 +87,7 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal) -> Result<(), Exit> 
     let bench = Bench {
         settings: &settings,
         model: model.as_ref(),
+        data: args.data.as_deref(),
         folder: &args.out,
         clock: &clock,
         observer: terminal,

@@ -1,13 +1,14 @@
 //! COPC (cloud-optimised LAZ): an octree of chunks, of which only those that touch a box are decompressed.
 
-use super::chunks::Chunk;
+use super::chunks::{self, Chunk};
 use super::header::{self, f64_at, u64_at};
-use super::read::stream_chunks;
+use super::read::{decode_records, meta, stream_records};
 use crate::input::Input;
 use crate::raw_cloud::RawCloud;
+use crate::read_options::{LeftOut, ReadOptions};
 use crate::{IoError, Place};
 use geom::DVec3;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 const ENTRY: u64 = 32;
 
@@ -24,6 +25,17 @@ pub fn stream_box(
     high: DVec3,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
+    stream_box_with(input, low, high, &ReadOptions::default(), sink)
+}
+
+/// The same with options.
+pub fn stream_box_with(
+    input: &mut Input,
+    low: DVec3,
+    high: DVec3,
+    options: &ReadOptions,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     input.go_to(0, "the header")?;
     let header = header::read(input)?;
     let (Some(info), Some(_)) = (header.copc_info.as_ref().filter(|i| i.len() >= 160), &header.laz)
@@ -35,12 +47,38 @@ pub fn stream_box(
         edge: 2.0 * f64_at(info, 24),
     };
     let chunks = octree.chunks(input, &header, [u64_at(info, 40), u64_at(info, 48)], low, high)?;
-    stream_chunks(input, &header, &chunks, &mut |batch| {
+    let firsts = first_records(input, &header, &chunks)?;
+    let mut left_out = LeftOut::new();
+    let path = input.path;
+    let decode = |raw: &[u8], first: u64| decode_records(path, &header, raw, first, options);
+    let listed = Some((chunks.as_slice(), firsts.as_slice()));
+    stream_records(input, &header, listed, &decode, &mut |batch: RawCloud| {
+        for (reason, n) in &batch.left_out {
+            *left_out.entry(*reason).or_default() += n;
+        }
         let inside = |p: &DVec3| p.cmpge(low).all() && p.cmple(high).all();
         let index: Vec<usize> = (0..batch.len()).filter(|&i| inside(&batch.position[i])).collect();
         if index.is_empty() { Ok(()) } else { sink(batch.select(&index)) }
     })?;
-    Ok(RawCloud { crs: header.summary.crs, crs_wkt: header.summary.crs_wkt, ..RawCloud::default() })
+    Ok(RawCloud { left_out, ..meta(header.summary) })
+}
+
+/// Number of the first point of each of these chunks among all points of the file: chunks lie in the file in the order
+/// of its points.
+fn first_records(
+    input: &mut Input,
+    header: &header::Header,
+    chunks: &[Chunk],
+) -> Result<Vec<u64>, IoError> {
+    let vlr = header.laz.as_ref().expect("only compressed files have an octree");
+    let (mut first, mut by_place) = (0, BTreeMap::new());
+    for chunk in chunks::table(input, header, vlr)? {
+        by_place.insert(chunk.at, first);
+        first += chunk.points;
+    }
+    let of = |c: &Chunk| by_place.get(&c.at).copied();
+    let all: Option<Vec<u64>> = chunks.iter().map(of).collect();
+    all.ok_or_else(|| input.malformed(Place::File, "the octree and the table of chunks disagree"))
 }
 
 struct Octree {

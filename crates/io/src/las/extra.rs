@@ -94,6 +94,38 @@ impl Dimensions {
     }
 }
 
+/// Bytes of a record that stay when earlier labels are taken out, and the descriptors of what stays behind the standard fields.
+pub(super) fn without_labels(
+    descriptors: &[u8],
+    base: usize,
+    record_bytes: usize,
+) -> (Vec<std::ops::Range<usize>>, Vec<u8>) {
+    let (mut kept, mut out, mut at) = (vec![0..base], Vec::new(), base);
+    for d in descriptors.chunks_exact(DESCRIPTOR) {
+        let size = Dimension::size(d[2], d[3]);
+        if at + size > record_bytes {
+            break;
+        }
+        let name = String::from_utf8_lossy(&d[4..36]).trim_end_matches('\0').trim().to_lowercase();
+        if !matches!(name.as_str(), "instance" | "model" | "confidence") {
+            kept.push(at..at + size);
+            out.extend_from_slice(d);
+        }
+        at += size;
+    }
+    // Bytes that nobody describes stay too, as what the standard calls undocumented.
+    while at < record_bytes {
+        let size = (record_bytes - at).min(255);
+        let mut d = [0; DESCRIPTOR];
+        d[3] = size as u8;
+        d[4..16].copy_from_slice(b"undocumented");
+        out.extend_from_slice(&d);
+        kept.push(at..at + size);
+        at += size;
+    }
+    (kept, out)
+}
+
 /// The record content for these dimensions: (name, type code, description), in this order in each point.
 pub(super) fn descriptors(dimensions: &[(&str, u8, &str)]) -> Vec<u8> {
     let mut out = Vec::with_capacity(DESCRIPTOR * dimensions.len());

@@ -1,13 +1,14 @@
 //! The public header and variable-length records, with every count checked.
 
-use super::{crs, extra};
+use super::extra;
+use crate::crs::{self, FileCrs, GeoKeys};
 use crate::input::Input;
 use crate::{IoError, Place};
 use geom::DVec3;
 use laz::{LazItemType, LazVlr};
 
 /// Bytes of a record without extra bytes, by point format.
-const RECORD_BYTES: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
+pub(super) const RECORD_BYTES: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
 
 /// What the header says of the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +27,8 @@ pub struct LasSummary {
     pub min: DVec3,
     /// Upper corner as stated.
     pub max: DVec3,
+    /// What the file says of its coordinates.
+    pub reference: FileCrs,
     /// `EPSG:n` when the file names its CRS.
     pub crs: Option<String>,
     /// Its well-known text.
@@ -42,6 +45,10 @@ pub(super) struct Header {
     pub laz: Option<LazVlr>,
     /// Where the first variable-length record's content is, for COPC.
     pub copc_info: Option<Vec<u8>>,
+    /// Bytes of the public header.
+    pub header_bytes: u64,
+    /// Minor version: 1.`minor`.
+    pub minor: u8,
 }
 
 pub(super) fn u16_at(b: &[u8], at: usize) -> u16 {
@@ -129,13 +136,9 @@ pub(super) fn read(input: &mut Input) -> Result<Header, IoError> {
     let find = |user: &str, id: u16| {
         records.iter().find(|r| r.user == user && r.id == id).map(|r| r.data.as_slice())
     };
-    let crs_wkt = find("LASF_Projection", 2112)
-        .map(|d| String::from_utf8_lossy(d).trim_end_matches('\0').to_string());
-    let crs_wkt = crs_wkt.filter(|w| !w.trim().is_empty());
-    let crs = match &crs_wkt {
-        Some(wkt) => crs::epsg_of_wkt(wkt),
-        None => find("LASF_Projection", 34735).and_then(crs::epsg_of_geotiff_keys),
-    };
+    let extended = extended_records(input, minor)?;
+    let (crs_wkt, reference) = reference(&records, &extended, u16_at(&fixed, 6));
+    let crs = reference.epsg();
     let extra =
         extra::Dimensions::of(find("LASF_Spec", 4), usize::from(least), usize::from(record_bytes));
     let laz = match (compressed, find(LazVlr::USER_ID, LazVlr::RECORD_ID)) {
@@ -156,12 +159,13 @@ pub(super) fn read(input: &mut Input) -> Result<Header, IoError> {
         offset,
         min,
         max,
+        reference,
         crs,
         crs_wkt,
         compressed,
     };
     let copc_info = find("copc", 1).map(<[u8]>::to_vec);
-    Ok(Header { summary, data_at, extra, laz, copc_info })
+    Ok(Header { summary, data_at, extra, laz, copc_info, header_bytes, minor })
 }
 
 struct Record {
@@ -199,6 +203,82 @@ fn records(input: &mut Input, count: u32, data_at: u64) -> Result<Vec<Record>, I
     Ok(records)
 }
 
+/// Records behind the points (LAS 1.4): of them only what describes the coordinates is loaded.
+fn extended_records(input: &mut Input, minor: u8) -> Result<Vec<Record>, IoError> {
+    const HEAD: u64 = 60;
+    const MOST: u64 = 1 << 20;
+    if minor < 4 {
+        return Ok(Vec::new());
+    }
+    let mut place = [0; 12];
+    input.go_to(235, "the extended records' address")?;
+    input.fill(&mut place, "the extended records' address")?;
+    let (start, count) = (u64_at(&place, 0), u32_at(&place, 8));
+    let at_most = input.len.saturating_sub(start) / HEAD;
+    if u64::from(count) > at_most {
+        let (path, file_bytes) = (input.path.into(), input.len);
+        return Err(IoError::TooMany {
+            path,
+            what: "extended variable-length records",
+            promised: count.into(),
+            at_most,
+            file_bytes,
+        });
+    }
+    let (mut records, mut at) = (Vec::new(), start);
+    for _ in 0..count {
+        let mut head = [0; HEAD as usize];
+        input.go_to(at, "an extended variable-length record")?;
+        input.fill(&mut head, "an extended variable-length record")?;
+        let bytes = u64_at(&head, 20);
+        let user = String::from_utf8_lossy(&head[2..18]).trim_end_matches('\0').to_string();
+        if user == "LASF_Projection" && bytes <= MOST {
+            let data = input.take(bytes, "an extended variable-length record")?;
+            records.push(Record { user, id: u16_at(&head, 18), data });
+        }
+        at = at.saturating_add(HEAD).saturating_add(bytes);
+        if at > input.len {
+            return Err(input.malformed(
+                Place::File,
+                "an extended variable-length record ends behind the file; the file is cut short",
+            ));
+        }
+    }
+    Ok(records)
+}
+
+/// Well-known text and what the file says of its coordinates. The global encoding's bit 4 says which of text and keys counts.
+fn reference(records: &[Record], extended: &[Record], encoding: u16) -> (Option<String>, FileCrs) {
+    let find = |id: u16| {
+        let of = |list: &'_ [Record]| -> Option<Vec<u8>> {
+            let found = list.iter().find(|r| r.user == "LASF_Projection" && r.id == id)?;
+            Some(found.data.clone())
+        };
+        of(records).or_else(|| of(extended))
+    };
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).trim_end_matches('\0').to_string();
+    let wkt = find(2112).map(text).filter(|w| !w.trim().is_empty());
+    let keys = find(34735).map(|data| GeoKeys {
+        directory: data.chunks_exact(2).map(|b| u16_at(b, 0)).collect(),
+        doubles: find(34736).unwrap_or_default().chunks_exact(8).map(|b| f64_at(b, 0)).collect(),
+        texts: find(34737).map(text).unwrap_or_default(),
+    });
+    let of_keys = keys.map(|k| k.crs()).filter(|crs| !crs.is_unstated());
+    let of_text = wkt.as_deref().map(crs::of_wkt);
+    let text_counts = encoding & 0x10 != 0;
+    let reference = match (of_text, of_keys) {
+        (Some(text), Some(keys)) => {
+            if text_counts || keys.horizontal.is_none() {
+                text
+            } else {
+                keys
+            }
+        }
+        (text, keys) => text.or(keys).unwrap_or_default(),
+    };
+    (wkt, reference)
+}
+
 /// The LASzip record must describe exactly the records of this file: the decoder trusts it.
 fn laz_record(
     input: &Input,
@@ -220,7 +300,6 @@ fn laz_record(
         | LazItemType::Byte14(_) => {
             matches!(version, 3 | 4)
         }
-        LazItemType::WavePacket13 => version == 1,
         _ => matches!(version, 1 | 2),
     };
     let same = vlr.items().len() == expected.len()

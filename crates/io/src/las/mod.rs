@@ -5,14 +5,14 @@
 
 mod chunks;
 mod copc;
-mod crs;
 mod extra;
 mod header;
 mod read;
+mod relabel;
 mod write;
 
-pub use copc::{is_copc, stream_box};
-pub use crs::{epsg_of_wkt, wkt_of_epsg};
+pub use copc::{is_copc, stream_box, stream_box_with};
 pub use header::LasSummary;
-pub use read::{stream, summary};
-pub use write::write_cloud;
+pub use read::{stream, stream_with, summary};
+pub(crate) use relabel::relabel;
+pub use write::{ExtraColumn, write_cloud, write_cloud_with};

@@ -5,6 +5,7 @@ use super::header::{self, Header, LasSummary};
 use crate::input::Input;
 use crate::ply::{label, not_a_label};
 use crate::raw_cloud::RawCloud;
+use crate::read_options::{LeftOut, OVERLAP, ReadOptions};
 use crate::{IoError, Place};
 use geom::DVec3;
 use rayon::prelude::*;
@@ -24,22 +25,74 @@ pub fn stream(
     input: &mut Input,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
-    let header = header::read(input)?;
-    match &header.laz {
-        None => stream_plain(input, &header, sink)?,
-        Some(vlr) => {
-            let chunks = chunks::table(input, &header, vlr)?;
-            stream_chunks(input, &header, &chunks, sink)?;
-        }
-    }
-    let LasSummary { crs, crs_wkt, .. } = header.summary;
-    Ok(RawCloud { crs, crs_wkt, ..RawCloud::default() })
+    stream_with(input, &ReadOptions::default(), sink)
 }
 
-fn stream_plain(
+/// The same with options.
+pub fn stream_with(
+    input: &mut Input,
+    options: &ReadOptions,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
+    let header = header::read(input)?;
+    let mut left_out = LeftOut::new();
+    let mut counting = |batch: RawCloud| {
+        for (reason, n) in &batch.left_out {
+            *left_out.entry(*reason).or_default() += n;
+        }
+        if batch.is_empty() { Ok(()) } else { sink(batch) }
+    };
+    let path = input.path;
+    let decode = |raw: &[u8], first: u64| decode_records(path, &header, raw, first, options);
+    match &header.laz {
+        None => stream_records(input, &header, None, &decode, &mut counting)?,
+        Some(vlr) => {
+            let chunks = chunks::table(input, &header, vlr)?;
+            let firsts = first_of_each(&chunks);
+            stream_records(input, &header, Some((&chunks, &firsts)), &decode, &mut counting)?;
+        }
+    }
+    Ok(RawCloud { left_out, ..meta(header.summary) })
+}
+
+/// Number of the first point of each chunk.
+pub(super) fn first_of_each(chunks: &[Chunk]) -> Vec<u64> {
+    let of = |first: &mut u64, c: &Chunk| {
+        *first += c.points;
+        Some(*first - c.points)
+    };
+    chunks.iter().scan(0, of).collect()
+}
+
+/// A cloud without points that says what the header says.
+pub(super) fn meta(summary: LasSummary) -> RawCloud {
+    let LasSummary { reference, crs, crs_wkt, .. } = summary;
+    RawCloud { reference, crs, crs_wkt, ..RawCloud::default() }
+}
+
+/// Takes raw records and the number of the first to something else, on any thread.
+pub(super) type Decode<'a, T> = dyn Fn(&[u8], u64) -> Result<T, IoError> + Sync + 'a;
+
+/// Raw records through `decode` into `sink`, in order: those of the chunks (with the number of the first point of each), or of a
+/// file without.
+pub(super) fn stream_records<T: Send>(
     input: &mut Input,
     header: &Header,
-    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+    chunks: Option<(&[Chunk], &[u64])>,
+    decode: &Decode<T>,
+    sink: &mut dyn FnMut(T) -> Result<(), IoError>,
+) -> Result<(), IoError> {
+    match chunks {
+        None => stream_plain(input, header, decode, sink),
+        Some((chunks, firsts)) => stream_chunks(input, header, chunks, firsts, decode, sink),
+    }
+}
+
+fn stream_plain<T>(
+    input: &mut Input,
+    header: &Header,
+    decode: &Decode<T>,
+    sink: &mut dyn FnMut(T) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     let (total, record) = (header.summary.points, u64::from(header.summary.record_bytes));
     let at_most = (input.len - header.data_at) / record;
@@ -58,25 +111,28 @@ fn stream_plain(
     while done < total {
         let count = batch_points(header).min(total - done);
         let bytes = input.take(count * record, "the points")?;
-        sink(decode(input, header, &bytes, done)?)?;
+        sink(decode(&bytes, done)?)?;
         done += count;
     }
     Ok(())
 }
 
 /// Chunk by chunk, as many at a time as there are threads; a chunk too large for that in pieces.
-pub(super) fn stream_chunks(
+fn stream_chunks<T: Send>(
     input: &mut Input,
     header: &Header,
     chunks: &[Chunk],
-    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+    firsts: &[u64],
+    decode: &Decode<T>,
+    sink: &mut dyn FnMut(T) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     let vlr = header.laz.as_ref().expect("only compressed files have chunks");
     let record = u64::from(header.summary.record_bytes);
     let together = rayon::current_num_threads().max(1) * 2;
+    let path = input.path;
     let damaged =
-        |input: &Input, done: u64, what: String| input.malformed(Place::Record(done + 1), what);
-    let (mut done, mut next) = (0, 0);
+        |first: u64, what: String| IoError::malformed(path, Place::Record(first + 1), what);
+    let mut next = 0;
     while next < chunks.len() {
         let group: Vec<&Chunk> = chunks[next..]
             .iter()
@@ -85,43 +141,37 @@ pub(super) fn stream_chunks(
             .collect();
         if group.is_empty() {
             let bytes = chunks::load(input, &chunks[next])?;
+            let mut done = firsts[next];
             let mut points = Points::new(&bytes, chunks[next].points, vlr)
-                .map_err(|e| damaged(input, done, e))?;
+                .map_err(|what| damaged(done, what))?;
             loop {
                 let records =
-                    points.next(batch_points(header)).map_err(|e| damaged(input, done, e))?;
+                    points.next(batch_points(header)).map_err(|what| damaged(done, what))?;
                 if records.is_empty() {
                     break;
                 }
-                let batch = decode(input, header, &records, done)?;
-                done += batch.len() as u64;
-                sink(batch)?;
+                sink(decode(&records, done)?)?;
+                done += records.len() as u64 / record;
             }
             next += 1;
             continue;
         }
-        next += group.len();
         let mut loaded = Vec::with_capacity(group.len());
-        let mut first = done;
-        for chunk in group {
-            loaded.push((first, chunk.points, chunks::load(input, chunk)?));
-            first += chunk.points;
+        for (chunk, first) in group.iter().zip(&firsts[next..]) {
+            loaded.push((*first, chunk.points, chunks::load(input, chunk)?));
         }
-        let path = input.path;
-        let batches: Vec<Result<RawCloud, IoError>> = loaded
+        next += group.len();
+        let batches: Vec<Result<T, IoError>> = loaded
             .into_par_iter()
             .map(|(first, points, bytes)| {
-                let fail = |what: String| IoError::malformed(path, Place::Record(first + 1), what);
                 let records = Points::new(&bytes, points, vlr)
                     .and_then(|mut p| p.next(points))
-                    .map_err(fail)?;
-                decode_records(path, header, &records, first)
+                    .map_err(|what| damaged(first, what))?;
+                decode(&records, first)
             })
             .collect();
         for batch in batches {
-            let batch = batch?;
-            done += batch.len() as u64;
-            sink(batch)?;
+            sink(batch?)?;
         }
     }
     Ok(())
@@ -131,43 +181,60 @@ fn batch_points(header: &Header) -> u64 {
     BATCH.min(BATCH_BYTES / u64::from(header.summary.record_bytes))
 }
 
-fn decode(input: &Input, header: &Header, records: &[u8], first: u64) -> Result<RawCloud, IoError> {
-    decode_records(input.path, header, records, first)
+/// Class, and flags as LAS 1.4 has them, of a record.
+#[inline]
+fn marks(record: &[u8], format: u8) -> (u8, u8) {
+    if format < 6 {
+        // Flags above the class: synthetic, key point, withheld. Class 12 was "overlap".
+        let (class, flags) = (record[15] & 0x1f, record[15] >> 5);
+        (class, if class == 12 { flags | OVERLAP } else { flags })
+    } else {
+        (record[16], record[15] & 0x0f)
+    }
 }
 
-fn decode_records(
+pub(super) fn decode_records(
     path: &std::path::Path,
     header: &Header,
     records: &[u8],
     first: u64,
+    options: &ReadOptions,
 ) -> Result<RawCloud, IoError> {
-    let LasSummary { scale, offset, record_bytes, .. } = header.summary;
+    let LasSummary { scale, offset, record_bytes, format, .. } = header.summary;
     let size = usize::from(record_bytes);
-    let count = records.len() / size;
     let coordinate = |r: &[u8], at: usize| f64::from(header::u32_at(r, at) as i32);
     let mut batch = RawCloud::default();
-    batch.position.reserve_exact(count);
-    let of = |r: &[u8]| {
+    let mut kept = Vec::with_capacity(records.len() / size);
+    for (i, record) in records.chunks_exact(size).enumerate() {
+        let (class, flags) = marks(record, format);
+        match options.leave_out.reason(class, flags) {
+            Some(reason) => *batch.left_out.entry(reason).or_default() += 1,
+            None => kept.push((i, record)),
+        }
+    }
+    let of = |&(_, r): &(usize, &[u8])| {
         DVec3::new(coordinate(r, 0), coordinate(r, 4), coordinate(r, 8)) * scale + offset
     };
-    batch.position.extend(records.chunks_exact(size).map(of));
-    if let Some(i) = batch.position.iter().position(|p| !p.is_finite()) {
-        let (p, at) = (batch.position[i], Place::Record(first + i as u64 + 1));
+    batch.position = kept.iter().map(of).collect();
+    let place = |i: usize| Place::Record(first + i as u64 + 1);
+    if let Some(k) = batch.position.iter().position(|p| !p.is_finite()) {
+        let (p, at) = (batch.position[k], place(kept[k].0));
         return Err(IoError::NotFinite { path: path.into(), at, x: p.x, y: p.y, z: p.z });
     }
+    if first + (records.len() / size) as u64 <= u64::from(u32::MAX) {
+        batch.record = Some(kept.iter().map(|(i, _)| first as u32 + *i as u32).collect());
+    }
     // Every format has the point source id after the scan angle, which takes two bytes from format 6 on.
-    let source_at = if header.summary.format < 6 { 18 } else { 20 };
-    batch.line = Some(records.chunks_exact(size).map(|r| header::u16_at(r, source_at)).collect());
+    let source_at = if format < 6 { 18 } else { 20 };
+    batch.line = Some(kept.iter().map(|(_, r)| header::u16_at(r, source_at)).collect());
     let [instance, model, confidence] = header.extra.present();
-    if !(instance || model || confidence) {
+    if !options.labels || !(instance || model || confidence) {
         return Ok(batch);
     }
     let (mut ids, mut models, mut sure) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, record) in records.chunks_exact(size).enumerate() {
+    for (i, record) in kept {
         let [id, kind, trust] = header.extra.values(record);
-        let fail = |name: &str, v: f64| {
-            IoError::malformed(path, Place::Record(first + i as u64 + 1), not_a_label(name, v))
-        };
+        let fail = |name: &str, v: f64| IoError::malformed(path, place(i), not_a_label(name, v));
         if instance {
             ids.push(label(id, u32::MAX).ok_or_else(|| fail("instance", id))?);
         }

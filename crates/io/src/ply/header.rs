@@ -39,6 +39,20 @@ impl Scalar {
         })
     }
 
+    /// Its name in a header.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::I8 => "char",
+            Self::U8 => "uchar",
+            Self::I16 => "short",
+            Self::U16 => "ushort",
+            Self::I32 => "int",
+            Self::U32 => "uint",
+            Self::F32 => "float",
+            Self::F64 => "double",
+        }
+    }
+
     /// Bytes in a binary file.
     pub fn size(self) -> usize {
         match self {

@@ -4,8 +4,10 @@
 
 mod header;
 mod read;
+mod relabel;
 mod write;
 
-pub(crate) use read::{label, not_a_label};
-pub use read::{read_mesh, stream};
+pub(crate) use read::{label, not_a_label, read_mesh, reference};
+pub use read::{stream, stream_with};
+pub(crate) use relabel::relabel;
 pub use write::{write_cloud, write_mesh};

@@ -1,10 +1,13 @@
 //! Reads clouds and meshes from PLY.
 
 use super::header::{self, Element, Encoding, Header};
+use crate::crs::{self, FileCrs};
 use crate::input::Input;
+use crate::mesh::RawMesh;
 use crate::raw_cloud::RawCloud;
+use crate::read_options::ReadOptions;
 use crate::{IoError, Place};
-use geom::{DVec3, TriMesh, Vec3};
+use geom::{DVec3, Vec3};
 
 const BATCH: u64 = 65_536;
 const LINE_LIMIT: u64 = 1 << 20;
@@ -112,11 +115,16 @@ impl Records {
     }
 }
 
+const INSTANCE: [&str; 2] = ["instance", "scalar_instance"];
+const LABEL: [&str; 2] = ["label", "scalar_label"];
+
 /// Which property is which column.
 struct Columns {
     xyz: [usize; 3],
     normal: Option<[usize; 3]>,
     instance: Option<usize>,
+    /// The instance is a `label`, where −1 stands for none.
+    label: bool,
     model: Option<usize>,
     confidence: Option<usize>,
     line: Option<usize>,
@@ -147,7 +155,8 @@ impl Columns {
                 [Some(x), Some(y), Some(z)] => Some([x, y, z]),
                 _ => None,
             },
-            instance: scalar(&["instance", "label", "scalar_instance", "scalar_label"]),
+            instance: scalar(&INSTANCE).or_else(|| scalar(&LABEL)),
+            label: scalar(&INSTANCE).is_none(),
             model: scalar(&["model", "scalar_model"]),
             confidence: scalar(&["confidence", "scalar_confidence"]),
             line: scalar(&["point_source_id", "scalar_point_source_id", "line", "scalar_line"]),
@@ -162,6 +171,7 @@ impl Columns {
             confidence: self.confidence.map(|_| Vec::new()),
             line: self.line.map(|_| Vec::new()),
             normal: self.normal.map(|_| Vec::new()),
+            record: Some(Vec::new()),
             ..RawCloud::default()
         }
     }
@@ -175,9 +185,8 @@ impl Columns {
     ) -> Result<(), IoError> {
         cloud.position.push(DVec3::from_array(self.xyz.map(&value)));
         if let (Some(i), Some(column)) = (self.instance, cloud.instance.as_mut()) {
-            column.push(
-                label(value(i), u32::MAX).ok_or_else(|| fail(not_a_label("instance", value(i))))?,
-            );
+            let id = if self.label && value(i) == -1.0 { 0.0 } else { value(i) };
+            column.push(label(id, u32::MAX).ok_or_else(|| fail(not_a_label("instance", id)))?);
         }
         if let (Some(i), Some(column)) = (self.model, cloud.model.as_mut()) {
             let wide = label(value(i), u32::from(u16::MAX))
@@ -188,9 +197,8 @@ impl Columns {
             column.push(value(i) as f32);
         }
         if let (Some(i), Some(column)) = (self.line, cloud.line.as_mut()) {
-            let wide = label(value(i), u32::from(u16::MAX))
-                .ok_or_else(|| fail(not_a_label("point_source_id", value(i))))?;
-            column.push(wide as u16);
+            // What is no line number says nothing of lines.
+            column.push(label(value(i), u32::from(u16::MAX)).unwrap_or(0) as u16);
         }
         if let (Some(n), Some(column)) = (self.normal, cloud.normal.as_mut()) {
             column.push(Vec3::from_array(n.map(|i| value(i) as f32)));
@@ -208,24 +216,42 @@ pub(crate) fn not_a_label(column: &str, value: f64) -> String {
     format!("`{column}` = {value} is not a whole number from 0 (0 means none)")
 }
 
+fn of_header(header: &Header) -> FileCrs {
+    crs::of_comments(header.comments.iter().map(String::as_str))
+}
+
+/// What the header says of the coordinates.
+pub(crate) fn reference(input: &mut Input) -> Result<FileCrs, IoError> {
+    header::read(input).map(|h| of_header(&h))
+}
+
 /// Hands the points on in batches; what comes back has everything but the points.
 pub fn stream(
     input: &mut Input,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
+    stream_with(input, &ReadOptions::default(), sink)
+}
+
+/// The same with options.
+pub fn stream_with(
+    input: &mut Input,
+    options: &ReadOptions,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
     let header = header::read(input)?;
     let mut records = Records::new(&header);
-    let crs = header
-        .comments
-        .iter()
-        .find_map(|c| c.strip_prefix("comment crs "))
-        .map(|c| c.trim().to_string());
+    let reference = of_header(&header);
+    let crs = reference.epsg();
     for element in &header.elements {
         if element.name != "vertex" {
             skip(input, &mut records, element)?;
             continue;
         }
-        let columns = Columns::of(input, element)?;
+        let mut columns = Columns::of(input, element)?;
+        if !options.labels {
+            (columns.instance, columns.model, columns.confidence) = (None, None, None);
+        }
         match (header.encoding, element.stride()) {
             (Encoding::LittleEndian | Encoding::BigEndian, Some(stride)) => {
                 stream_fixed(
@@ -242,7 +268,7 @@ pub fn stream(
         let float32 =
             columns.xyz.iter().any(|&i| element.properties[i].scalar == header::Scalar::F32)
                 && header.encoding != Encoding::Ascii;
-        return Ok(RawCloud { crs, float32, ..RawCloud::default() });
+        return Ok(RawCloud { reference, crs, float32, ..RawCloud::default() });
     }
     Err(input.malformed(Place::File, "the file has no `vertex` element"))
 }
@@ -275,6 +301,7 @@ fn stream_fixed(
             let at = Place::Record(done + i as u64 + 1);
             let fail = |what| IoError::malformed(input.path, at, what);
             columns.push(&mut batch, |i| scalars[i].value(&record[offsets[i]..], big), fail)?;
+            number(&mut batch, done + i as u64);
             finite(input, &batch, at)?;
         }
         sink(batch)?;
@@ -301,12 +328,20 @@ fn stream_records(
             Place::Record(i + 1)
         };
         columns.push(&mut batch, |i| values[i], |what| IoError::malformed(input.path, at, what))?;
+        number(&mut batch, i);
         finite(input, &batch, at)?;
         if batch.len() as u64 == BATCH {
             sink(std::mem::replace(&mut batch, columns.batch()))?;
         }
     }
     if batch.is_empty() { Ok(()) } else { sink(batch) }
+}
+
+/// The last point of the batch is this one of the file.
+fn number(batch: &mut RawCloud, record: u64) {
+    if let Some(column) = &mut batch.record {
+        column.push(u32::try_from(record).unwrap_or(u32::MAX));
+    }
 }
 
 /// The last point of the batch must be a place.
@@ -324,22 +359,26 @@ fn skip(input: &mut Input, records: &mut Records, element: &Element) -> Result<(
     (0..element.count).try_for_each(|_| records.next(input, element, &mut values, None, &mut list))
 }
 
-/// A triangle mesh in the file's unit; polygons become fans.
-pub fn read_mesh(input: &mut Input) -> Result<TriMesh, IoError> {
+/// A triangle mesh in the file's unit; polygons are cut.
+pub(crate) fn read_mesh(input: &mut Input) -> Result<RawMesh, IoError> {
     let header = header::read(input)?;
     let mut records = Records::new(&header);
-    let mut mesh = TriMesh::default();
+    let mut mesh = RawMesh::default();
     for element in &header.elements {
         let (mut values, mut list) = (vec![0.0; element.properties.len()], Vec::new());
         let corners =
             element.find(&["vertex_indices", "vertex_index"]).filter(|_| element.name == "face");
         let columns =
             if element.name == "vertex" { Some(Columns::of(input, element)?) } else { None };
+        if let Some(columns) = columns.as_ref().filter(|_| header.encoding != Encoding::Ascii) {
+            let narrow = |&i: &usize| element.properties[i].scalar == header::Scalar::F32;
+            mesh.float32 = columns.xyz.iter().any(narrow);
+        }
         for i in 0..element.count {
             records.next(input, element, &mut values, corners, &mut list)?;
             let at = Place::Record(i + 1);
             if let Some(columns) = &columns {
-                let p = DVec3::from_array(columns.xyz.map(|i| values[i])).as_vec3();
+                let p = DVec3::from_array(columns.xyz.map(|i| values[i]));
                 if !p.is_finite() {
                     let [x, y, z] = columns.xyz.map(|i| values[i]);
                     return Err(IoError::NotFinite { path: input.path.into(), at, x, y, z });
@@ -352,7 +391,7 @@ pub fn read_mesh(input: &mut Input) -> Result<TriMesh, IoError> {
                 let polygon = polygon.map_err(|v| {
                     input.malformed(at, format!("face corner {v} is not a vertex number"))
                 })?;
-                crate::mesh::push_polygon(&mut mesh, &polygon);
+                mesh.push_polygon(&polygon);
             }
         }
     }

@@ -40,8 +40,9 @@ fn a_landxml_surface_comes_back() {
     });
     assert!(missing.contains("planned"));
     let broken = text.replace("<F>1 3 4</F>", "<F>1 3 9</F>");
-    let error =
-        of_bytes("s.xml", broken.as_bytes(), |i| landxml::read(i, None).unwrap_err().to_string());
+    let error = of_bytes("s.xml", broken.as_bytes(), |i| {
+        landxml::read(i, Some("as-is")).unwrap_err().to_string()
+    });
     assert!(error.contains("s.xml, line") && error.contains("<F>"), "{error}");
 }
 
@@ -56,10 +57,16 @@ fn a_dxf_has_a_block_per_type_and_an_insert_per_unit() {
         (2, 8, 2, 10)
     );
     assert!(text.is_ascii());
-    // The faces of the block definitions are read as faces.
+    // The faces of the block definitions are read where they are inserted.
     let faces = of_bytes("a.dxf", text.as_bytes(), |i| dxf::read_faces(i).unwrap());
-    assert_eq!(faces.len(), 16);
-    assert_eq!(faces[0], [DVec3::ZERO, DVec3::new(2.0, 1.0, 0.0), DVec3::new(2.0, 0.0, 0.0)]);
+    assert_eq!(faces.len(), 64);
+    let drawing = sample.drawing();
+    let unit = drawing.units().next().unwrap();
+    let mesh = &drawing.catalog.get(unit.model).mesh;
+    for (corner, vertex) in faces[0].iter().zip(mesh.corners(0)) {
+        let expected = drawing.frame.site_from_local(unit.pose.transform_point(vertex));
+        assert!((*corner - expected).length() < 1e-4, "{corner} {expected}");
+    }
 }
 
 #[test]

@@ -124,23 +124,73 @@ fn mistakes_are_named_with_file_line_and_key() {
 }
 
 #[test]
-fn no_path_leaves_the_folder() {
-    for path in ["../secret.laz", "/etc/passwd", "a/../../b.laz", "./../x"] {
-        let error = fails(&SITE.replace("survey.laz", path), CATALOG);
-        assert!(error.contains("leaves the site folder") && error.contains(path), "{error}");
+fn no_mesh_lies_outside_the_folder() {
+    for path in ["../secret.stl", "/etc/passwd", "a/../../b.stl", "./../x"] {
         let error = fails(SITE, &CATALOG.replace("part.stl", path));
-        assert!(error.contains("leaves the site folder"), "{error}");
+        assert!(error.contains("leaves the site folder") && error.contains(path), "{error}");
     }
 }
 
 #[cfg(unix)]
 #[test]
-fn a_link_does_not_leave_the_folder_either() {
+fn a_link_to_a_mesh_does_not_leave_the_folder_either() {
     let other = tempfile::tempdir().unwrap();
-    fs::write(other.path().join("secret.laz"), b"").unwrap();
-    let folder = folder(&SITE.replace("survey.laz", "link.laz"), CATALOG);
-    std::os::unix::fs::symlink(other.path().join("secret.laz"), folder.path().join("link.laz"))
+    fs::write(other.path().join("secret.stl"), b"").unwrap();
+    let folder = folder(SITE, &CATALOG.replace("part.stl", "link.stl"));
+    std::os::unix::fs::symlink(other.path().join("secret.stl"), folder.path().join("link.stl"))
         .unwrap();
     let error = site::load(folder.path()).unwrap_err().to_string();
     assert!(error.contains("leaves the site folder"), "{error}");
+}
+
+#[test]
+fn surveys_may_lie_anywhere() {
+    let other = tempfile::tempdir().unwrap();
+    fs::write(other.path().join("far.laz"), b"").unwrap();
+    let far = other.path().join("far.laz");
+    let folder = folder(&SITE.replace("survey.laz", &far.display().to_string()), CATALOG);
+    let site = site::load(folder.path()).unwrap();
+    assert_eq!(site.survey_files, [far.clone()]);
+    assert!(site.inputs().contains(&far));
+    assert_eq!(io::manifest::portable(&far), far.display().to_string());
+    let up = SITE.replace("survey.laz", "../survey.laz");
+    fs::create_dir(folder.path().join("inner")).unwrap();
+    fs::write(folder.path().join("survey.laz"), b"").unwrap();
+    for (name, text) in [("site.toml", up.as_str()), ("catalog.toml", CATALOG), ("part.stl", "")] {
+        fs::write(folder.path().join("inner").join(name), text).unwrap();
+    }
+    site::load(&folder.path().join("inner")).unwrap();
+}
+
+#[test]
+fn everything_wrong_is_said_at_once() {
+    let site = SITE
+        .replace("EPSG:6679", "EPSG:4326")
+        .replace("survey.laz", "C:\\\\data\\\\survey.laz")
+        .replace("vertical_offset_m = -0.12\n", "")
+        .replace("toe_level_m = -2.0", "toe_level_m = 5.0");
+    let error = fails(&site, &CATALOG.replace("part.stl", "part2.stl"));
+    let lines: Vec<&str> = error.lines().collect();
+    assert_eq!(lines.len(), 5, "{error}");
+    for part in ["degrees", "vertical_offset_m", "toe_level_m", "part2.stl", "drive letter"] {
+        assert_eq!(lines.iter().filter(|l| l.contains(part)).count(), 1, "{part}: {error}");
+    }
+}
+
+#[test]
+fn the_first_steps_are_shown() {
+    let folder = folder(SITE, CATALOG);
+    let cloud = site::load(&folder.path().join("survey.laz")).unwrap_err().to_string();
+    assert!(cloud.contains("tsumu init"), "{cloud}");
+    fs::remove_file(folder.path().join("site.toml")).unwrap();
+    let none = site::load(folder.path()).unwrap_err().to_string();
+    assert!(none.contains("tsumu init survey.laz"), "{none}");
+}
+
+#[test]
+fn a_site_without_crs_takes_that_of_its_survey() {
+    let folder = folder(&SITE.replace("crs = \"EPSG:6679\"\n", ""), CATALOG);
+    let cloud = io::RawCloud { crs: Some("EPSG:6677".into()), ..super::clouds::sample(10) };
+    io::points::write(&folder.path().join("survey.laz"), &cloud).unwrap();
+    assert_eq!(site::load(folder.path()).unwrap().spec.crs, "EPSG:6677");
 }

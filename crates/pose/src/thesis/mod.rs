@@ -17,7 +17,7 @@ use crate::fit::CentredPose;
 use crate::measured::Measured;
 use crate::search::{FEWEST_POINTS, Proposal, Task};
 use crate::template::Template;
-use geom::point_grid::thin;
+use geom::thin_from_lowest;
 
 /// Poses of one block type for one segment, best fitness first.
 pub fn propose(
@@ -36,7 +36,7 @@ pub fn propose(
         .collect();
     // About the model's resolution, as §3.5.1 asks.
     let position: Vec<_> = all.iter().map(|p| p.position).collect();
-    let scene: Vec<_> = thin(&position, table.distance_step_m())
+    let scene: Vec<_> = thin_from_lowest(&position, table.distance_step_m())
         .kept
         .into_iter()
         .map(|i| all[i as usize])

@@ -1,14 +1,17 @@
 // Darkens what lies behind its neighbours on the screen (eye-dome lighting, Boucheny 2009): without it, a dense cloud
-// of points is one flat colour. The scene is drawn with multisampling aside, then put on the screen with its shade.
+// of points is one flat colour. The scene is drawn with multisampling aside, then put on its target with its shade.
 
-const SHADE = {
+export const SHADE = {
   vertex: `#version 300 es
     void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }`,
   fragment: `#version 300 es
     precision highp float;
-    uniform sampler2D colour, depth; uniform vec2 range; uniform int reach; uniform float strength;
+    uniform sampler2D colour, depth; uniform vec2 range; uniform int reach; uniform float strength; uniform bool flatView;
     out vec4 what;
-    float away(ivec2 at) { return log2(2.0 * range.y * range.x / (range.y + range.x - (2.0 * texelFetch(depth, at, 0).r - 1.0) * (range.y - range.x))); }
+    float away(ivec2 at) {
+      float d = texelFetch(depth, at, 0).r;
+      return flatView ? d * range.y : log2(2.0 * range.y * range.x / (range.y + range.x - (2.0 * d - 1.0) * (range.y - range.x)));
+    }
     void main() {
       ivec2 at = ivec2(gl_FragCoord.xy), last = textureSize(depth, 0) - 1;
       vec4 c = texelFetch(colour, at, 0);
@@ -22,10 +25,10 @@ const SHADE = {
     }`,
 };
 
-class Shade {
-  constructor(gl, program) {
-    this.gl = gl;
-    this.program = program;
+export class Shade {
+  // `aside`: the picture is read back instead of shown.
+  constructor(gl, program, aside = false) {
+    Object.assign(this, { gl, program, aside });
   }
   // Draws into its own pictures from here on.
   begin(w, h) {
@@ -35,7 +38,7 @@ class Shade {
   }
   allocate(w, h) {
     const gl = this.gl, samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
-    [this.colour, this.depth].forEach(t => t && gl.deleteTexture(t));
+    [this.colour, this.depth, this.shown].forEach(t => t && gl.deleteTexture(t));
     (this.buffers || []).forEach(b => gl.deleteRenderbuffer(b));
     const texture = format => {
       const t = gl.createTexture();
@@ -60,15 +63,21 @@ class Shade {
     this.depth = texture(gl.DEPTH_COMPONENT24);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.colour, 0);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.depth, 0);
+    if (this.aside) {
+      this.target = this.target || gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+      this.shown = texture(gl.RGBA8);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.shown, 0);
+    }
     this.size = [w, h];
   }
-  // Puts the finished picture on the screen.
-  end(near, far, strength) {
+  // Puts the finished picture on its target.
+  end(near, far, strength, flatView = false) {
     const gl = this.gl, [w, h] = this.size, { program, at } = this.program;
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.many);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.one);
     gl.blitFramebuffer(0, 0, w, h, 0, 0, w, h, gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT, gl.NEAREST);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.aside ? this.target : null);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.useProgram(program);
     [this.colour, this.depth].forEach((texture, i) => { gl.activeTexture(gl.TEXTURE0 + i); gl.bindTexture(gl.TEXTURE_2D, texture); });
@@ -76,6 +85,7 @@ class Shade {
     gl.uniform1i(at.colour, 0);
     gl.uniform1i(at.depth, 1);
     gl.uniform2f(at.range, near, far);
+    gl.uniform1i(at.flatView, flatView ? 1 : 0);
     gl.uniform1i(at.reach, Math.max(1, Math.round(window.devicePixelRatio || 1)));
     gl.uniform1f(at.strength, strength);
     gl.bindVertexArray(null);

@@ -105,6 +105,24 @@ const CLOSEST_PINGS_M: f32 = 0.02;
 const RAYS_PER_BEAM: f32 = 3.0;
 /// Sub-rays of a beam along one direction, in beam widths, with the weights of a Gaussian pattern (−3 dB at ½).
 const SUB_RAYS: [(f32, f32); 3] = [(-0.45, 0.57), (0.0, 1.0), (0.45, 0.57)];
+/// Places along a track at which its soundings are counted beforehand. Free choice: the count is good to some per cent.
+const PROBES: u32 = 24;
+/// So many more soundings than wanted are planned, because the count is a sample.
+const MORE_THAN_WANTED: f32 = 1.1;
+/// Flatter incidence, as a cosine, spreads the footprint no further: beyond, the beam's own width decides.
+const FLATTEST: f32 = 0.1;
+/// A face seen flatter than this, as a cosine, takes the range of its map's cell: its plane is met too far off.
+const LEAST_FACING: f32 = 0.05;
+/// How far aside a ghost of the side lobes appears. Free choice within the first side lobes of such arrays.
+const GHOST_DEG: [f32; 2] = [5.0, 20.0];
+/// Least range of a spike in the water column, in ranges of the bed, and how much farther the others are. Free choice.
+const SPIKE: [f32; 2] = [0.4, 0.55];
+/// Beams of the file that the correlations were fitted to (METHOD §1.1).
+const FITTED_BEAMS: f32 = 256.0;
+/// Angles between which the correlation from beam to beam grows from hardly any to all it has: fitted to that file.
+const OUTER_DEG: [f32; 2] = [17.0, 56.0];
+/// Correlation of the quickly fading part from beam to beam: at nadir, its growth outwards, and the power of that: fitted too.
+const FAST: [f32; 3] = [0.04, 0.83, 3.6];
 /// Quantile of the weighted ranges that counts as the first strong return.
 const FIRST_RETURN: f32 = 0.3;
 /// Angles between which detection changes from amplitude to phase: 23 % by phase from 30° to 40°, 96 % from 40° to 50°.
@@ -262,7 +280,7 @@ impl Mbes {
         let mut soundings_per_m = 0.0;
         for map in maps {
             let track = map.projection.length_m();
-            let probes = 24;
+            let probes = PROBES;
             let mut hits = 0;
             for i in 0..probes {
                 let along = (i as f32 + 0.5) / probes as f32 * track;
@@ -277,10 +295,10 @@ impl Mbes {
             }
             soundings_per_m += track * hits as f32 / probes as f32;
         }
-        let spacing = soundings_per_m / (1.1 * resolved.target_points as f32);
+        let spacing = soundings_per_m / (MORE_THAN_WANTED * resolved.target_points as f32);
         if spacing < CLOSEST_PINGS_M {
-            let reach =
-                soundings_per_m / (1.1 * CLOSEST_PINGS_M * resolved.size_m[0] * resolved.size_m[1]);
+            let reach = soundings_per_m
+                / (MORE_THAN_WANTED * CLOSEST_PINGS_M * resolved.size_m[0] * resolved.size_m[1]);
             let why = format!(
                 "{} passes of {} beams give at most {reach:.0} points per m² here; use more passes or beams, or a lower density",
                 self.passes, self.beams
@@ -349,7 +367,7 @@ impl Mbes {
             let (sin, cos) = angle.sin_cos();
             let direction = map.projection.across * sin - Vec3::Z * cos;
             let square = -targets.normal[triangle].dot(direction);
-            let slant = (1.0 - square * square).max(0.0).sqrt() / square.max(0.1);
+            let slant = (1.0 - square * square).max(0.0).sqrt() / square.max(FLATTEST);
             let footprint_m = range * self.across_beam_deg.to_radians();
             let sd = self.range_noise_sd_m.hypot(self.footprint_noise * footprint_m * slant);
             let unsure = self.switch_noise_sd_m * 2.0 * (phase * (1.0 - phase)).sqrt();
@@ -360,11 +378,12 @@ impl Mbes {
             };
             if draw[1] < self.ghosts {
                 // Side lobes: the range of a strong echo at an angle where it is not.
-                let aside = (5.0 + 15.0 * draw[2]).to_radians();
-                s.angle_rad += if draw[3] < 0.5 { aside } else { -aside };
+                let turn_rad =
+                    (GHOST_DEG[0] + (GHOST_DEG[1] - GHOST_DEG[0]) * draw[2]).to_radians();
+                s.angle_rad += if draw[3] < 0.5 { turn_rad } else { -turn_rad };
                 s.owner = 0;
             } else if draw[1] > 1.0 - self.spikes {
-                s.range_m *= 0.4 + 0.55 * draw[2];
+                s.range_m *= SPIKE[0] + SPIKE[1] * draw[2];
                 s.owner = 0;
             }
             if self.quantum_m > 0.0 {
@@ -394,9 +413,9 @@ impl Mbes {
         for (u, wu) in SUB_RAYS {
             for (v, wv) in SUB_RAYS {
                 let ahead = along_m + reference * u * self.along_beam_deg.to_radians();
-                let aside = angle + v * self.across_beam_deg.to_radians();
-                if let Some((range, triangle)) = map.first_hit(targets, ahead, aside) {
-                    let (sin, cos) = aside.sin_cos();
+                let across = angle + v * self.across_beam_deg.to_radians();
+                if let Some((range, triangle)) = map.first_hit(targets, ahead, across) {
+                    let (sin, cos) = across.sin_cos();
                     let square =
                         targets.normal[triangle].dot(map.projection.across * sin - Vec3::Z * cos);
                     returns[count] = (range, wu * wv * square * square, triangle);
@@ -434,7 +453,7 @@ impl RangeMap<Swath> {
         let normal = targets.normal[triangle];
         let (origin, direction) = self.projection.exact_ray(along_m, angle_rad);
         let facing = normal.dot(direction);
-        let range = if facing < -0.05 {
+        let range = if facing < -LEAST_FACING {
             normal.dot(targets.corners[triangle][0] - origin) / facing
         } else {
             self.range[cell]
@@ -456,7 +475,7 @@ impl BeamNoise {
     fn new(mbes: &Mbes, rng: &mut impl Rng) -> Self {
         let mut normal = || Distribution::<f32>::sample(&StandardNormal, rng);
         // Correlation is a matter of distance: with more beams, neighbours are more alike.
-        let slow_correlation = mbes.slow_correlation.powf(256.0 / mbes.beams as f32);
+        let slow_correlation = mbes.slow_correlation.powf(FITTED_BEAMS / mbes.beams as f32);
         Self {
             slow: normal(),
             fast: normal(),
@@ -468,13 +487,17 @@ impl BeamNoise {
 
     fn next(&mut self, angle_rad: f32, rng: &mut impl Rng) -> f32 {
         // 0 near nadir, 1 at the edge; slow and fast parts fitted to the correlations of the real file at 1, 4, 16 beams.
-        let outer = ((angle_rad.to_degrees().abs() - 17.0) / 39.0).clamp(0.0, 1.0);
+        let outer = ((angle_rad.to_degrees().abs() - OUTER_DEG[0]) / (OUTER_DEG[1] - OUTER_DEG[0]))
+            .clamp(0.0, 1.0);
         let mut follow = |state: f32, rho: f32| {
             rho * state
                 + (1.0 - rho * rho).sqrt() * Distribution::<f32>::sample(&StandardNormal, rng)
         };
         self.slow = follow(self.slow, self.slow_correlation);
-        self.fast = follow(self.fast, (0.04 + 0.83 * outer.powf(3.6)).powf(256.0 / self.beams));
+        self.fast = follow(
+            self.fast,
+            (FAST[0] + FAST[1] * outer.powf(FAST[2])).powf(FITTED_BEAMS / self.beams),
+        );
         let share = self.slow_share * outer;
         share.sqrt() * self.slow + (1.0 - share).sqrt() * self.fast
     }

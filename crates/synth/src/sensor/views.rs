@@ -36,6 +36,12 @@ pub struct Waterline {
 
 /// Samples on each block that occlusion is counted on, at least.
 pub(super) const SAMPLES_PER_BLOCK: f32 = 1500.0;
+/// Samples for each point wanted: a pile shows about a third of its surface to one viewpoint.
+const SURFACE_TO_SEEN: f32 = 3.5;
+/// A few per cent more are drawn than the share seen asks for, against chance.
+const SPARE: f32 = 1.03;
+/// Least and most that a round adds, in densities so far.
+const MORE: [f32; 2] = [0.05, 8.0];
 /// Widest region one set of cameras looks at; longer sites get several sets.
 const TILE_M: f32 = 40.0;
 
@@ -95,7 +101,7 @@ pub(super) fn cameras(
 }
 
 /// Surface points with one of the views that see each.
-pub(super) struct Seen {
+pub(super) struct VisiblePoints {
     pub points: SurfacePoints,
     /// A view that sees the point, drawn evenly; `None` when too few see it.
     pub view: Vec<Option<u16>>,
@@ -108,7 +114,7 @@ pub(super) fn seen_points(
     least_views: u16,
     wanted: usize,
     seed: SeedTree,
-) -> Seen {
+) -> VisiblePoints {
     let blocks = targets.block_count() as f32;
     let mut per_m2 = (SAMPLES_PER_BLOCK * blocks).max(wanted as f32) / targets.area_m2();
     let mut seen = look(
@@ -123,7 +129,8 @@ pub(super) fn seen_points(
         if visible >= wanted || visible == 0 {
             break;
         }
-        let more = per_m2 * ((wanted as f32 * 1.03 / visible as f32) - 1.0).clamp(0.05, 8.0);
+        let more =
+            per_m2 * ((wanted as f32 * SPARE / visible as f32) - 1.0).clamp(MORE[0], MORE[1]);
         let next = look(
             targets.sample(more, seed.child("sample", round)),
             maps,
@@ -144,9 +151,8 @@ pub(super) fn seen_points_by_removal(
     least_views: u16,
     wanted: usize,
     seed: SeedTree,
-) -> Result<Seen, SynthError> {
-    // A pile shows about a third of its surface to one viewpoint.
-    let per_m2 = 3.5 * wanted as f32 / targets.area_m2();
+) -> Result<VisiblePoints, SynthError> {
+    let per_m2 = SURFACE_TO_SEEN * wanted as f32 / targets.area_m2();
     let points = targets.sample(per_m2, seed.child("surface", 0));
     let mut views = vec![0_u16; points.position.len()];
     let mut view = vec![None; points.position.len()];
@@ -163,7 +169,7 @@ pub(super) fn seen_points_by_removal(
     for (view, count) in view.iter_mut().zip(views) {
         *view = view.filter(|_| count >= least_views);
     }
-    Ok(Seen { points, view })
+    Ok(VisiblePoints { points, view })
 }
 
 fn look(
@@ -171,7 +177,7 @@ fn look(
     maps: &[RangeMap<Camera>],
     least_views: u16,
     seed: SeedTree,
-) -> Seen {
+) -> VisiblePoints {
     let start = seed.value() as usize;
     let look = |i: usize| {
         // Views in rotated order: the first that sees the point is an even draw, and the search may stop early.
@@ -183,7 +189,7 @@ fn look(
             .then_some(first as u16)
     };
     let view = (0..points.position.len()).into_par_iter().map(look).collect();
-    Seen { points, view }
+    VisiblePoints { points, view }
 }
 
 /// Occlusion of every block: 1 − visible samples / all samples (Eq. 3.14).

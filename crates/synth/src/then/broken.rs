@@ -1,17 +1,21 @@
 //! A block whose leg has lost its end.
 
-use geom::{DVec3, Vec3};
+use geom::{DVec3, Plane, Vec3};
 use rand::{Rng, RngExt};
 use scene::{BlockModel, ConvexPart, SymmetryGroup};
 
-/// The block without the end of one of its legs: the farthest parts of its surface are tips; everything beyond a plane across
-/// one of them, `share` of the way from the tip to the centre, is gone. Centre and name stay those of the whole block.
-pub(super) fn broken(model: &BlockModel, share: f32, rng: &mut impl Rng) -> BlockModel {
+/// The plane across one of the block's legs, block coordinates, `share` of the way from the tip to the centre. The farthest parts
+/// of a block's surface are its tips.
+pub(super) fn cut(model: &BlockModel, share: f32, rng: &mut impl Rng) -> Plane {
     let tips = tips(model);
     let tip = tips[rng.random_range(0..tips.len())];
-    let length = tip.length();
-    let (normal, offset) = (tip / length, (1.0 - share) * length);
-    let outside = |p: Vec3| (p - model.centre).dot(normal) - offset;
+    let normal = tip.normalize();
+    Plane { normal, offset_m: normal.dot(model.centre + tip * (1.0 - share)) }
+}
+
+/// The block without what lies beyond the plane. Centre and name stay those of the whole block.
+pub(super) fn broken(model: &BlockModel, cut: &Plane) -> BlockModel {
+    let outside = |p: Vec3| cut.distance_m(p);
     let parts = model.parts.iter().filter_map(|part| clipped_part(part, outside)).collect();
     let mesh = clipped_mesh(&model.mesh, outside);
     let volume_m3 = mesh.moments().volume_m3;
@@ -117,7 +121,8 @@ mod tests {
         let catalog = blocks::catalog(&spec, &|_| Err("built-in".into())).unwrap();
         let whole = catalog.get(scene::ModelId(0));
         assert_eq!(tips(whole).len(), 4);
-        let part = broken(whole, 0.4, &mut SeedTree::new(3).rng());
+        let cut = cut(whole, 0.4, &mut SeedTree::new(3).rng());
+        let part = broken(whole, &cut);
         assert!(part.mesh.check_solid().is_ok(), "{:?}", part.mesh.check_solid());
         let lost = 1.0 - part.volume_m3 / whole.volume_m3;
         assert!((0.02..0.2).contains(&lost), "{lost}");
@@ -126,7 +131,7 @@ mod tests {
             .iter()
             .map(|p| geom::ConvexSolid::from_corners(&p.corners).unwrap())
             .collect();
-        let volume = geom::convex::union_volume_m3(&solids, 200) as f32;
+        let volume = geom::union_volume_m3(&solids, 200) as f32;
         assert!((volume / part.volume_m3 - 1.0).abs() < 0.03, "{volume} {}", part.volume_m3);
     }
 }

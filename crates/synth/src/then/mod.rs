@@ -14,7 +14,7 @@ pub use happening::{Datum, Sinking, Storm, Then, Works};
 use crate::recipe::Recipe;
 use crate::scene::measure;
 use crate::{SynthError, SynthScene};
-use geom::{DVec3, Quat, SeedTree, Vec3};
+use geom::{DVec3, Plane, Quat, SeedTree, Vec3};
 use scene::{Catalog, InstanceId, ModelId, PlacedBlock, Plan, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -81,6 +81,8 @@ pub struct TrueChange {
     pub turn_rad: f32,
     /// Share of the leg that broke off; 0 for a whole block.
     pub lost_leg: f32,
+    /// What lies beyond this plane (block coordinates) is gone.
+    pub cut: Option<Plane>,
 }
 
 /// The second epoch.
@@ -142,6 +144,7 @@ struct Start {
     /// Velocity of the centre, m/s.
     speed: Vec3,
     lost_leg: f32,
+    cut: Option<Plane>,
     /// Falls onto the pile after the rest has settled.
     last: bool,
 }
@@ -185,6 +188,7 @@ fn changes(
             shift_m,
             turn_rad,
             lost_leg: start.lost_leg,
+            cut: start.cut,
         });
     }
     let gone = |what, earlier, planned, model| TrueChange {
@@ -196,6 +200,7 @@ fn changes(
         shift_m: Vec3::ZERO,
         turn_rad: 0.0,
         lost_leg: 0.0,
+        cut: None,
     };
     out.extend(events.gone.iter().map(|b| gone(What::Missing, Some(b.block), None, b.model)));
     out.extend(events.skipped.iter().map(|&(o, m)| gone(What::Skipped, None, Some(o), m)));

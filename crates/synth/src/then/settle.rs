@@ -4,7 +4,7 @@ use super::Events;
 use super::broken::broken;
 use crate::SynthError;
 use crate::recipe::{Recipe, Resolved};
-use geom::{Bounds, Pose, SeedTree, Vec3};
+use geom::{Bounds, Pose, Vec3};
 use scene::{Catalog, InstanceId, ModelId, PlacedBlock, Scene};
 use sim::{BlockShape, BodyId, World};
 
@@ -83,13 +83,13 @@ pub(super) fn settled(
 fn with_broken(catalog: &Catalog, events: &Events) -> (Catalog, Vec<ModelId>) {
     let mut models: Vec<scene::BlockModel> = catalog.iter().map(|(_, m)| m.clone()).collect();
     let mut of_block = Vec::with_capacity(events.blocks.len());
-    for (i, start) in events.blocks.iter().enumerate() {
-        if start.lost_leg > 0.0 {
-            let mut rng = SeedTree::new(i as u64).child("leg", 0).rng();
-            models.push(broken(catalog.get(start.model), start.lost_leg, &mut rng));
-            of_block.push(ModelId(models.len() as u16 - 1));
-        } else {
-            of_block.push(start.model);
+    for start in &events.blocks {
+        match &start.cut {
+            Some(cut) => {
+                models.push(broken(catalog.get(start.model), cut));
+                of_block.push(ModelId(models.len() as u16 - 1));
+            }
+            None => of_block.push(start.model),
         }
     }
     (Catalog::new(models), of_block)

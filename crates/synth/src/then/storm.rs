@@ -1,5 +1,6 @@
 //! What a storm does, before the pile settles.
 
+use super::broken::cut;
 use super::happening::{Sinking, Storm};
 use super::{Events, Start, What};
 use crate::pile::random_rotation;
@@ -52,6 +53,7 @@ pub(super) fn events(
             what: What::Added,
             speed: Vec3::ZERO,
             lost_leg: 0.0,
+            cut: None,
             last: true,
         });
     }
@@ -92,7 +94,7 @@ fn start(
     let mut rng = seed.rng();
     let mut draw = |[low, high]: [f32; 2]| low + (high - low) * rng.random::<f32>();
     let mut pose = block.site_from_block;
-    let (mut speed, mut lost_leg) = (Vec3::ZERO, 0.0);
+    let (mut speed, mut lost_leg, mut broken) = (Vec3::ZERO, 0.0, None);
     match what {
         What::Kicked => {
             let slide_m = draw(storm.kick_blocks) * model.d_box_m;
@@ -106,7 +108,10 @@ fn start(
             let axis = random_rotation(&mut rng) * Vec3::Z;
             pose = about_centre(&pose, model.centre, Quat::from_axis_angle(axis, angle));
         }
-        What::Broken => lost_leg = draw(storm.broken_leg),
+        What::Broken => {
+            lost_leg = draw(storm.broken_leg);
+            broken = Some(cut(model, lost_leg, &mut rng));
+        }
         What::Rolled if model.symmetry.order() > 1 => {
             pose = pose * model.symmetry.element(rng.random_range(1..model.symmetry.order()));
         }
@@ -129,6 +134,7 @@ fn start(
         what,
         speed,
         lost_leg,
+        cut: broken,
         last: false,
     }
 }

@@ -31,6 +31,7 @@ pub(super) fn events(
             what: What::Kept,
             speed: Vec3::ZERO,
             lost_leg: 0.0,
+            cut: None,
             last: false,
         })
         .collect();
@@ -55,6 +56,7 @@ pub(super) fn events(
             what: What::Placed,
             speed: Vec3::ZERO,
             lost_leg: 0.0,
+            cut: None,
             last: true,
         });
     }
@@ -74,6 +76,7 @@ pub(super) fn events(
             what: What::Added,
             speed: Vec3::ZERO,
             lost_leg: 0.0,
+            cut: None,
             last: true,
         });
     }

@@ -1,0 +1,11 @@
+//! LandXML 1.2: triangulated surfaces out and in, alignments in. Points run north, east, up, as the standard has it.
+
+mod alignment;
+mod document;
+mod surface;
+mod write;
+
+pub use alignment::read_alignment;
+pub use surface::{LandXmlSurface, read, read_surface};
+pub(crate) use write::escaped;
+pub use write::{Surface, text, write, write_with};

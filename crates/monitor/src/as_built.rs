@@ -1,0 +1,379 @@
+//! What was built against what was planned.
+//!
+//! In: the epoch the plan was made on, a later epoch, the plan. The blocks of both epochs are compared first; what the later one has
+//! beyond the earlier is new and may be a planned block. New and planned blocks are paired by one assignment over distance
+//! and turn; a planned block without a partner is looked for in the cloud before it is called not placed.
+
+use crate::body::{Body, Difference, difference};
+use crate::change::Class;
+use crate::compare::{CompareConfig, Comparison, compare};
+use crate::dense::zeros;
+use crate::matching::{MatchConfig, matched};
+use crate::single::{Only, judge_all};
+use crate::surface_samples::samples;
+use crate::view::View;
+use crate::{Epoch, MonitorError, SeenBlock, StableGround};
+use geom::{DVec3, HeightMap, Observer, Vec3};
+use scene::{Catalog, Placement, Plan};
+use serde::{Deserialize, Serialize};
+
+/// When a planned block counts as placed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AsBuiltConfig {
+    /// Settings of the comparison of both epochs.
+    pub compare: CompareConfig,
+    /// Largest distance from its plan of a block that is in place, in block lengths.
+    pub place_blocks: f64,
+    /// Largest turn from its plan of a block that is in place, radians.
+    pub place_turn_rad: f64,
+    /// Farthest a block may end from its plan and still be it, in block lengths.
+    pub gate_blocks: f64,
+}
+
+impl Default for AsBuiltConfig {
+    fn default() -> Self {
+        Self {
+            compare: CompareConfig::default(),
+            place_blocks: 0.1,
+            place_turn_rad: 0.175,
+            gate_blocks: 0.75,
+        }
+    }
+}
+
+/// What became of a planned block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Built {
+    /// Stands as planned, within the tolerance.
+    Placed,
+    /// Stands there, farther off or turned more than the tolerance.
+    OffBy,
+    /// Another type stands in its place.
+    Replaced,
+    /// Nothing stands there.
+    NotPlaced,
+    /// The later survey does not show its place.
+    Hidden,
+    /// Stands there though nobody planned it.
+    Extra,
+}
+
+impl Built {
+    /// The word in files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Placed => "placed",
+            Self::OffBy => "off by",
+            Self::Replaced => "replaced by another",
+            Self::NotPlaced => "not placed",
+            Self::Hidden => "hidden",
+            Self::Extra => "extra",
+        }
+    }
+}
+
+/// One planned or extra block.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BuiltBlock {
+    /// Order in the plan; `None` for an extra.
+    pub order: Option<u32>,
+    /// Number in the later epoch.
+    pub later_id: Option<u32>,
+    /// Type that was planned, of an extra the type found.
+    pub model: scene::ModelId,
+    /// What became of it.
+    pub state: Built,
+    /// Built less planned, metres.
+    pub off_m: [f64; 3],
+    /// Length of it.
+    pub distance_m: f64,
+    /// The least turn over the symmetry, radians.
+    pub turn_rad: f64,
+    /// Level of detection of the distance: the built pose and the registration.
+    pub level_m: f64,
+    /// Where it stands, or should, earlier epoch's local frame.
+    pub centre: Vec3,
+    /// What a reader should know.
+    pub note: String,
+}
+
+/// The works as they are.
+#[derive(Clone, Debug)]
+pub struct AsBuilt {
+    /// Planned blocks in placing order, then extras.
+    pub blocks: Vec<BuiltBlock>,
+    /// What happened to the blocks that were there before.
+    pub comparison: Comparison,
+    /// Concrete of the new blocks, m³.
+    pub concrete_m3: f64,
+    /// Plan area of the cells that the new blocks raised, m².
+    pub area_m2: f64,
+    /// 1 − concrete / volume between the measured surfaces before and after.
+    pub porosity_measured: Option<f64>,
+    /// The same between the surfaces that the posed blocks make.
+    pub porosity_of_poses: Option<f64>,
+    /// New blocks a square metre times the square of Dn: packing density coefficient.
+    pub packing: Option<f64>,
+}
+
+impl AsBuilt {
+    /// Blocks of a state.
+    pub fn count(&self, state: Built) -> usize {
+        self.blocks.iter().filter(|b| b.state == state).count()
+    }
+
+    /// New blocks that stand: planned ones and extras.
+    pub fn built(&self) -> usize {
+        self.blocks.iter().filter(|b| b.later_id.is_some()).count()
+    }
+}
+
+/// Compares a plan with a later epoch. `plan` is in the earlier epoch's local frame.
+pub fn as_built(
+    earlier: &Epoch,
+    plan: &Plan,
+    later: &Epoch,
+    catalog: &Catalog,
+    stable: &StableGround,
+    config: &AsBuiltConfig,
+    observer: &dyn Observer,
+) -> Result<AsBuilt, MonitorError> {
+    if let Some(p) = plan.placements.iter().find(|p| usize::from(p.model.0) >= catalog.len()) {
+        let (block, model) = (p.order, p.model.0);
+        return Err(MonitorError::UnknownModel { block, model, known: catalog.len() });
+    }
+    let comparison = compare(earlier, later, catalog, stable, &config.compare, observer)?;
+    let planned: Vec<Body> =
+        plan.placements.iter().enumerate().map(|(i, p)| planned_body(i, p, catalog)).collect();
+    let new = new_bodies(&comparison, earlier, later, catalog);
+    let loose = MatchConfig {
+        gate_blocks: config.gate_blocks,
+        move_sd_blocks: 0.3 * config.gate_blocks,
+        moved_share: 1.0 - 1e-6,
+        ..config.compare.matching
+    };
+    // A planned block may be replaced by another type: types do not keep a pair apart here.
+    let open: Vec<Body> =
+        planned.iter().map(|b| Body { type_judged: false, ..b.clone() }).collect();
+    let pairs = matched(&open, &new, catalog, &zeros::<6>(), &loose)?;
+    let mut blocks = planned_blocks(plan, &planned, &new, &pairs, later, catalog, config);
+    look_for_missing(&mut blocks, plan, &planned, &comparison, earlier, later, catalog, config);
+    let taken: Vec<usize> = pairs.iter().map(|p| p.later).collect();
+    let untaken = new.iter().enumerate().filter(|(i, _)| !taken.contains(i));
+    blocks.extend(untaken.map(|(_, body)| extra(body, later)));
+    let mut out = figures(&new, earlier, comparison, catalog);
+    out.blocks = blocks;
+    Ok(out)
+}
+
+fn planned_body(index: usize, placement: &Placement, catalog: &Catalog) -> Body {
+    let mut covariance = zeros::<6>();
+    (0..6).for_each(|i| covariance[i][i] = 1e-8);
+    Body {
+        index,
+        model: placement.model,
+        type_judged: true,
+        centre: (placement.rest * catalog.get(placement.model).centre).as_dvec3(),
+        rotation: placement.rest.rotation.as_dquat().normalize(),
+        covariance,
+        confidence: 1.0,
+    }
+}
+
+/// Blocks of the later epoch that are none of the earlier one's, registered. One that the earlier survey merely failed to
+/// recognise stands in that survey's cloud, and is not new.
+fn new_bodies(
+    comparison: &Comparison,
+    earlier: &Epoch,
+    later: &Epoch,
+    catalog: &Catalog,
+) -> Vec<Body> {
+    let origin = DVec3::from_array(later.survey.frame.origin)
+        - DVec3::from_array(earlier.survey.frame.origin);
+    let stands = |c: &&crate::Change| {
+        c.earlier_id.is_none() && matches!(c.class, Class::New | Class::Doubtful)
+    };
+    let ids: Vec<u32> =
+        comparison.changes.iter().filter(stands).filter_map(|c| c.later_id).collect();
+    Body::all(later, catalog, origin)
+        .into_iter()
+        .filter(|b| ids.contains(&later.blocks[b.index].id))
+        .map(|b| b.moved(&comparison.reference.motion))
+        .collect()
+}
+
+fn planned_blocks(
+    plan: &Plan,
+    planned: &[Body],
+    new: &[Body],
+    pairs: &[crate::matching::Pair],
+    later: &Epoch,
+    catalog: &Catalog,
+    config: &AsBuiltConfig,
+) -> Vec<BuiltBlock> {
+    let one = |(i, body): (usize, &Body)| {
+        let partner = pairs.iter().find(|p| p.earlier == i).map(|p| &new[p.later]);
+        let mut out = BuiltBlock {
+            order: Some(plan.placements[i].order),
+            later_id: None,
+            model: body.model,
+            state: Built::NotPlaced,
+            off_m: [0.0; 3],
+            distance_m: 0.0,
+            turn_rad: 0.0,
+            level_m: 0.0,
+            centre: body.centre.as_vec3(),
+            note: String::new(),
+        };
+        let Some(found) = partner else { return out };
+        let seen: &SeenBlock = &later.blocks[found.index];
+        let delta: Difference = difference(body, found, catalog);
+        let size = f64::from(catalog.get(body.model).d_box_m);
+        out.later_id = Some(seen.id);
+        out.off_m = delta.shift().to_array();
+        out.distance_m = delta.shift().length();
+        out.turn_rad = delta.turn().length();
+        out.level_m = 1.96 * (0..3).map(|k| found.covariance[k][k]).fold(0.0, f64::max).sqrt();
+        out.centre = found.centre.as_vec3();
+        let other_type = found.model != body.model && found.type_judged;
+        let in_place =
+            out.distance_m <= config.place_blocks * size && out.turn_rad <= config.place_turn_rad;
+        out.state = match (other_type, in_place) {
+            (true, _) => Built::Replaced,
+            (false, true) => Built::Placed,
+            (false, false) => Built::OffBy,
+        };
+        if other_type {
+            out.note = format!("a {} stands there", catalog.get(found.model).name);
+        }
+        out
+    };
+    planned.iter().enumerate().map(one).collect()
+}
+
+/// A planned block nobody recognised: seen through, it is not placed; covered or not surveyed, nobody can say.
+fn look_for_missing(
+    blocks: &mut [BuiltBlock],
+    plan: &Plan,
+    planned: &[Body],
+    comparison: &Comparison,
+    earlier: &Epoch,
+    later: &Epoch,
+    catalog: &Catalog,
+    config: &AsBuiltConfig,
+) {
+    let open: Vec<&Body> = planned
+        .iter()
+        .zip(blocks.iter())
+        .filter(|(_, b)| b.later_id.is_none())
+        .map(|p| p.0)
+        .collect();
+    let size_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
+    let origin = DVec3::from_array(later.survey.frame.origin)
+        - DVec3::from_array(earlier.survey.frame.origin);
+    let motion = &comparison.reference.motion;
+    let sensors = later
+        .survey
+        .sensor_positions
+        .iter()
+        .map(|s| motion.apply(s.as_dvec3() + origin).as_vec3())
+        .collect();
+    let kind = later.survey.sensor;
+    let noise = kind.noise_sd_m(catalog.d_max_m());
+    let view = View::new(&comparison.later_points, sensors, kind, noise, size_m);
+    let stated: Vec<SeenBlock> = plan.placements.iter().map(as_seen).collect();
+    let samples = samples(catalog, config.compare.single.samples);
+    let single = &config.compare.single;
+    // The plan shows all of its own surface.
+    let own = View::everything();
+    let judged = judge_all(&open, &stated, Only::Earlier, catalog, &samples, &own, &view, single);
+    for change in judged {
+        let order = change.earlier_id;
+        let Some(block) = blocks.iter_mut().find(|b| b.order == order) else { continue };
+        (block.state, block.note) = match change.class {
+            Class::Missing => (Built::NotPlaced, String::new()),
+            _ => (Built::Hidden, change.note),
+        };
+    }
+}
+
+fn as_seen(placement: &Placement) -> SeenBlock {
+    SeenBlock {
+        id: placement.order,
+        model: placement.model,
+        type_judged: true,
+        site_from_block: placement.rest,
+        covariance: None,
+        confidence: 1.0,
+        occlusion: 0.0,
+        points: Vec::new(),
+    }
+}
+
+fn extra(body: &Body, later: &Epoch) -> BuiltBlock {
+    BuiltBlock {
+        order: None,
+        later_id: Some(later.blocks[body.index].id),
+        model: body.model,
+        state: Built::Extra,
+        off_m: [0.0; 3],
+        distance_m: 0.0,
+        turn_rad: 0.0,
+        level_m: 0.0,
+        centre: body.centre.as_vec3(),
+        note: String::new(),
+    }
+}
+
+/// Cell of the grids that volumes are measured on, in block lengths.
+const CELL: f32 = 0.08;
+
+/// Concrete, porosity two ways and packing of the new blocks.
+fn figures(new: &[Body], earlier: &Epoch, comparison: Comparison, catalog: &Catalog) -> AsBuilt {
+    let volume = |b: &Body| f64::from(catalog.get(b.model).volume_m3);
+    let concrete_m3: f64 = new.iter().map(volume).sum();
+    let mut out = AsBuilt {
+        blocks: Vec::new(),
+        comparison,
+        concrete_m3,
+        area_m2: 0.0,
+        porosity_measured: None,
+        porosity_of_poses: None,
+        packing: None,
+    };
+    if new.is_empty() {
+        return out;
+    }
+    let size_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
+    let bounds = earlier.survey.cloud.bounds().grown(size_m);
+    let empty = || HeightMap::empty(bounds.min.truncate(), bounds.max.truncate(), CELL * size_m);
+    let (mut before, mut after) = (empty(), empty());
+    before.raise_points(&earlier.survey.cloud.position_m);
+    after.raise_points(&out.comparison.later_points);
+    before.fill_empty();
+    after.fill_empty();
+    let mut posed = before.clone();
+    for body in new {
+        let model = catalog.get(body.model);
+        posed.raise(&model.mesh, &body.pose(model));
+    }
+    let cell = f64::from(before.cell_m).powi(2);
+    let (mut measured, mut of_poses, mut area) = (0.0, 0.0, 0.0);
+    for ((z0, z1), zp) in before.z_m.iter().zip(&after.z_m).zip(&posed.z_m) {
+        // Where a new block covers the old surface.
+        if z0.is_finite() && z1.is_finite() && zp > z0 {
+            area += cell;
+            of_poses += cell * f64::from(zp - z0);
+            measured += cell * f64::from(z1 - z0);
+        }
+    }
+    let porosity = |volume: f64| (volume > 0.0).then(|| 1.0 - concrete_m3 / volume);
+    let dn2 = new.iter().map(|b| volume(b).powf(2.0 / 3.0)).sum::<f64>() / new.len() as f64;
+    out.area_m2 = area;
+    out.porosity_measured = porosity(measured);
+    out.porosity_of_poses = porosity(of_poses);
+    out.packing = (area > 0.0).then(|| new.len() as f64 * dn2 / area);
+    out
+}

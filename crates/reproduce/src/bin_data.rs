@@ -1,0 +1,121 @@
+//! Parts and scenes of others, from a folder of the user's: the thesis' own CAD models and labelled scenes.
+//!
+//! None of them is shipped. What the folder may hold: `IPAGearShaft.stl` and `IPARingScrew.stl` (metres), which take the place of
+//! our gear shaft and eye bolt, and `XA_A.txt`, `XA_B.txt`, `XA_C.txt` (`x y z score instance`, in tenths of a metre), on which
+//! weights trained on our plates and bracket are judged.
+
+use crate::ReproduceError;
+use geom::{DVec3, Observer, PointCloud, Vec3};
+use metrics::{LabelFigures, Labelled, Zero, label_figures, match_labels};
+use scene::BlockModel;
+use std::path::{Path, PathBuf};
+
+/// Files and where they come from.
+const MESHES: [(&str, &str); 2] =
+    [("gear-shaft", "IPAGearShaft.stl"), ("eye-bolt", "IPARingScrew.stl")];
+const SCENES: [(&str, &str); 3] =
+    [("holed-plate", "XA_A.txt"), ("hook-plate", "XA_B.txt"), ("bracket", "XA_C.txt")];
+const SOURCES: &str = "the meshes are part of Fraunhofer IPA's bin-picking data set, the scenes lie in `datas/` of the authors' \
+                       repository xyjbaal/FPCC as A.txt, B.txt, C.txt";
+/// Metres of a unit in the scenes' files.
+const SCENE_UNIT_M: f64 = 0.1;
+
+/// A folder with at least one of the files.
+pub struct BinData {
+    folder: PathBuf,
+}
+
+/// A labelled scene of others.
+pub struct ForeignScene {
+    /// Points, metres from the first.
+    pub cloud: PointCloud,
+    /// Places as read, metres.
+    position: Vec<DVec3>,
+    instance: Vec<i64>,
+}
+
+impl BinData {
+    /// Error: a folder that holds none of the files.
+    pub fn of(folder: &Path) -> Result<Self, ReproduceError> {
+        let names = || MESHES.iter().chain(&SCENES).map(|m| m.1);
+        if names().any(|name| folder.join(name).is_file()) {
+            return Ok(Self { folder: folder.to_owned() });
+        }
+        Err(ReproduceError::Data {
+            folder: folder.display().to_string(),
+            wanted: names().collect::<Vec<_>>().join(", "),
+            sources: SOURCES,
+        })
+    }
+
+    /// The mesh that takes the place of one of our parts, if the folder has it.
+    pub fn model(&self, part: &str) -> Result<Option<BlockModel>, ReproduceError> {
+        let Some(path) = self.file(part, &MESHES) else { return Ok(None) };
+        let mesh = io::mesh::read(&path)?;
+        Ok(Some(blocks::mesh_model(part, &mesh, 7850.0)?))
+    }
+
+    /// The scene on which weights for one of our parts are judged, if the folder has it.
+    pub fn scene(
+        &self,
+        part: &str,
+        observer: &dyn Observer,
+    ) -> Result<Option<ForeignScene>, ReproduceError> {
+        let Some(path) = self.file(part, &SCENES) else { return Ok(None) };
+        let read = io::label_cloud::read(&path, None, observer)?;
+        let position: Vec<DVec3> = read.position.iter().map(|p| *p * SCENE_UNIT_M).collect();
+        let first = position.first().copied().unwrap_or_default();
+        let local: Vec<Vec3> = position.iter().map(|p| (*p - first).as_vec3()).collect();
+        let cloud = PointCloud::from_positions(local);
+        Ok(Some(ForeignScene { cloud, position, instance: read.instance }))
+    }
+
+    fn file(&self, part: &str, of: &[(&str, &str)]) -> Option<PathBuf> {
+        let name = of.iter().find(|f| f.0 == part)?.1;
+        Some(self.folder.join(name)).filter(|p| p.is_file())
+    }
+}
+
+impl ForeignScene {
+    /// Labels of its points against the truth. The scenes number their instances from 0.
+    pub fn judged(&self, labels: &[u32], d_max_m: f32) -> Result<LabelFigures, ReproduceError> {
+        // Ours count from 1.
+        let labels: Vec<i64> = labels.iter().map(|&l| i64::from(l) - 1).collect();
+        let truth =
+            Labelled { position: &self.position, instance: &self.instance, confidence: None };
+        let result = Labelled { position: &self.position, instance: &labels, confidence: None };
+        let tolerance_m = metrics::labelled_clouds::tolerance_m(d_max_m);
+        let matched = match_labels(truth, result, tolerance_m, Zero::Instance)?;
+        Ok(label_figures(&[matched], 0.5)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geom::Silent;
+
+    #[test]
+    fn a_folder_without_the_files_says_which_and_where_from() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = BinData::of(folder.path()).err().unwrap().to_string();
+        assert!(error.contains("XA_A.txt") && error.contains("xyjbaal/FPCC"), "{error}");
+    }
+
+    #[test]
+    fn a_scene_is_read_in_metres_and_judged_against_itself() {
+        let folder = tempfile::tempdir().unwrap();
+        let rows: Vec<String> = (0..40)
+            .map(|i| format!("{} 0.0 0.0 0.5{} {}", i as f64 * 0.1, i % 7, i / 20))
+            .collect();
+        std::fs::write(folder.path().join("XA_A.txt"), rows.join("\n")).unwrap();
+        let data = BinData::of(folder.path()).unwrap();
+        assert!(data.model("gear-shaft").unwrap().is_none());
+        assert!(data.scene("bracket", &Silent).unwrap().is_none());
+        let scene = data.scene("holed-plate", &Silent).unwrap().unwrap();
+        assert!((scene.cloud.position_m[39].x - 0.39).abs() < 1e-6);
+        let labels: Vec<u32> = (0..40).map(|i| 1 + i / 20).collect();
+        let figures = scene.judged(&labels, 0.05).unwrap();
+        assert_eq!((figures.counts.true_positives, figures.counts.false_positives), (2, 0));
+    }
+}

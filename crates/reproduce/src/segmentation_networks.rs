@@ -1,0 +1,156 @@
+//! The networks of the stage against each other: the same scenes, steps and heads, another backbone.
+//!
+//! One training a network on all six sets in turn, from nothing; then instances by votes on held-out scenes of each, seconds for
+//! 100,000 points and the size of the weights. What the sparse U-Net must win to become the default is decided here.
+
+use crate::bin_kept::{RowResult, RowsOnDisk};
+use crate::markdown::percent;
+use crate::segmentation_judge::{Judged, verdict};
+use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
+use geom::SeedTree;
+use pipeline::Lessons;
+use pipeline::lessons::Blocks;
+use segment::sparse_votes::SparseVotesConfig;
+use segment::{NetworkConfig, SegmentConfig, SegmentModel, Split, TrainConfig, segment, train};
+
+pub const EXPERIMENT: Experiment = Experiment {
+    name: "segmentation-networks",
+    about: "graph network and sparse U-Net, equally long trained, on the six sets",
+    body,
+};
+
+/// What a comparison is made of.
+fn networks() -> Vec<(&'static str, NetworkConfig)> {
+    vec![
+        ("FPCCv2", NetworkConfig::default()),
+        ("sparse U-Net", NetworkConfig::SparseUnet(SparseVotesConfig::default())),
+    ]
+}
+
+/// A network after its training.
+struct Made {
+    model: SegmentModel,
+    /// Wall time of its training, seconds; of what was left of one that was taken up again.
+    training_s: f64,
+}
+
+fn body(bench: &Bench) -> Result<String, ReproduceError> {
+    let sets = site_sets()?;
+    let sets = if bench.settings.quick { &sets[..2] } else { &sets[..] };
+    let steps =
+        if bench.settings.quick { bench.settings.steps.min(10) } else { bench.settings.steps };
+    let folder = bench.folder.join("segmentation-networks");
+    let settings = format!(
+        "seed {} steps {steps} scenes {} sets {} {}",
+        bench.settings.seed,
+        bench.settings.scenes,
+        sets.len(),
+        env!("CARGO_PKG_VERSION")
+    );
+    let disk = RowsOnDisk::at(&folder, settings)?;
+    let mut heads = vec!["network".to_string()];
+    heads.extend(sets.iter().map(|s| format!("{} P/R %", s.name)));
+    heads.extend(["s for 100,000 points", "s a step", "weights MB"].map(String::from));
+    let mut table = Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    for (name, network) in networks() {
+        let made = trained(bench, sets, name, network, steps, &disk)?;
+        let mut cells = vec![name.to_string()];
+        let mut seconds = 0.0;
+        for set in sets {
+            let result =
+                disk.row(&format!("{name} on {}", set.name), || judged(bench, set, &made))?;
+            seconds += result.seconds / sets.len() as f64;
+            cells.push(format!("{}/{}", percent(result.precision()), percent(result.recall())));
+        }
+        let bytes = made.model.to_bytes()?.len();
+        cells.push(format!("{seconds:.2}"));
+        cells.push(format!("{:.2}", made.training_s / steps.max(1) as f64));
+        cells.push(format!("{:.1}", bytes as f64 / 1e6));
+        table.row(cells);
+    }
+    Ok(format!(
+        "{steps} steps of two tiles of 2048 points each, from nothing, on scenes of all sets in turn; instances by votes of four passes. \
+         Seconds are those of the whole stage. A training that was stopped states only the time of its last part.\n\n{}",
+        table.finish()
+    ))
+}
+
+fn trained(
+    bench: &Bench,
+    sets: &[SiteSet],
+    name: &str,
+    network: NetworkConfig,
+    steps: u64,
+    disk: &RowsOnDisk,
+) -> Result<Made, ReproduceError> {
+    let lessons: Vec<Lessons> = sets
+        .iter()
+        .map(|s| Lessons::new(s.recipe.clone(), s.catalog.clone(), Blocks::Catalog))
+        .collect::<Result<_, _>>()?;
+    let root = SeedTree::new(bench.settings.seed).child("networks", 0);
+    let source = |split: Split, index: u64| {
+        let of = if split == Split::Train { "train" } else { "held out" };
+        lessons[(index % lessons.len() as u64) as usize].scene(index, root.child(of, index))
+    };
+    let mut shapes = Vec::new();
+    for shape in lessons.iter().flat_map(Lessons::shapes) {
+        if !shapes.iter().any(|s: &segment::ShapeSignature| s.matches(&shape)) {
+            shapes.push(shape);
+        }
+    }
+    let config = TrainConfig {
+        network,
+        steps,
+        warmup: (steps / 10).clamp(1, 200),
+        checkpoint_steps: 100,
+        validation_steps: steps.max(1),
+        calibration_scenes: if bench.settings.quick { 2 } else { 12 },
+        name: format!("six sets, {name}"),
+        shapes,
+        ..Default::default()
+    };
+    let from = (bench.clock)();
+    let folder = disk.training(name);
+    let trained = train(&source, &config, None, &folder, root.child("network", 0), bench.observer)?;
+    if trained.steps < steps {
+        return Err(ReproduceError::Stopped);
+    }
+    Ok(Made { model: trained.model, training_s: (bench.clock)() - from })
+}
+
+fn judged(bench: &Bench, set: &SiteSet, made: &Made) -> Result<RowResult, ReproduceError> {
+    let (mut judged, mut seconds, mut points) = (Vec::new(), 0.0, 0_usize);
+    for (i, scene) in set.held_out(bench).enumerate() {
+        let scene = scene?;
+        let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
+        let from = (bench.clock)();
+        let config = SegmentConfig::default();
+        let cloud = &scene.survey.cloud;
+        let found = segment(cloud, &set.catalog, &made.model, &config, seed, bench.observer)?;
+        seconds += (bench.clock)() - from;
+        points += cloud.len();
+        judged.push(Judged::of(&found, &scene));
+    }
+    let v = verdict(&judged)?;
+    Ok(RowResult {
+        right: v.counts.true_positives,
+        wrong: v.counts.false_positives,
+        missed: v.counts.false_negatives,
+        ap: v.ap,
+        ap50: v.ap50,
+        seconds: seconds / (points.max(1) as f64 / 1e5),
+        steps: made.model.description.steps,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_networks_are_compared_under_names_of_their_own() {
+        let names: Vec<&str> = networks().iter().map(|n| n.0).collect();
+        assert_eq!(names, ["FPCCv2", "sparse U-Net"]);
+        assert!(networks()[0].1.architecture() != networks()[1].1.architecture());
+    }
+}

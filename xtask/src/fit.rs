@@ -1,0 +1,74 @@
+//! Fits a fitted vector anew: one command each, whatever it is made of.
+
+use crate::check::built;
+use crate::process::{cargo, command, done};
+use crate::root;
+use anyhow::{Context, Result, bail};
+use std::path::Path;
+
+/// A vector that data decided, and how to decide it again.
+struct Fit {
+    name: &'static str,
+    /// What it is and where it stands.
+    about: &'static str,
+    run: fn(&Path) -> Result<()>,
+}
+
+const FITS: &[Fit] = &[
+    Fit {
+        name: "votes-tetrapod",
+        about: "vote width and confidence curve of the shipped weights for tetrapods, in the weights' header",
+        run: |out| votes("tetrapod", out),
+    },
+    Fit {
+        name: "votes-any-shape",
+        about: "the same of the weights for any shape",
+        run: |out| votes("any-shape", out),
+    },
+    Fit {
+        name: "pose-confidence",
+        about: "weights of the pose stage's confidence, in crates/pose/src/confidence.rs (docs/bench/poses.md has the piles)",
+        run: pose_confidence,
+    },
+];
+
+pub fn fit(args: &[&str]) -> Result<()> {
+    let (name, out) = match args {
+        [] => {
+            for fit in FITS {
+                println!("{:<22}{}", fit.name, fit.about);
+            }
+            return Ok(());
+        }
+        [name] => (*name, built().join("fit").join(name)),
+        [name, out] => (*name, (*out).into()),
+        _ => bail!("`fit NAME [OUT]`"),
+    };
+    let fit = FITS.iter().find(|f| f.name == name);
+    let fit = fit.with_context(|| {
+        format!("nothing named `{name}` is fitted; `cargo xtask fit` lists what is")
+    })?;
+    std::fs::create_dir_all(&out)?;
+    (fit.run)(&out)?;
+    println!("{}: {}", fit.name, out.display());
+    Ok(())
+}
+
+/// Fits the curve of shipped weights; `OUT/model.safetensors` is the file with the new curve.
+fn votes(weights: &str, out: &Path) -> Result<()> {
+    let model = root().join(format!("crates/segment/weights/{weights}.safetensors"));
+    let [model, made] = [model, out.join("model.safetensors")].map(|p| p.display().to_string());
+    let program = ["run", "--release", "--locked", "-p", "reproduce", "--example", "fit_votes"];
+    done(cargo(&[&program[..], &["--", &model, &made]].concat()))
+}
+
+/// Collects the features of many accepted blocks and fits their weights to them, which are printed.
+fn pose_confidence(out: &Path) -> Result<()> {
+    let features = out.join("pose-features.csv");
+    let out = out.display().to_string();
+    let piles = ["--scenes", "4", "--seed", "700001", "--out", &out];
+    let program =
+        ["run", "--release", "--locked", "--bin", "tsumu", "--", "reproduce", "pose-confidence"];
+    done(cargo(&[&program[..], &piles[..]].concat()))?;
+    done(command("python3", [Path::new("tools/oracle/fit_confidence.py"), &features]))
+}

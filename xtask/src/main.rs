@@ -1,0 +1,50 @@
+//! `cargo xtask check | bench | fit | release`: the project's own chores, in the language of the project.
+
+mod bench;
+mod check;
+mod citations;
+mod fit;
+mod process;
+mod release;
+
+use anyhow::{Result, bail};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+cargo xtask check [--strict] [STEP...]   all that must pass before a change lands, or some steps of it
+cargo xtask check --list                 the steps and their commands
+cargo xtask bench kernels [FILTER]       times of the eight kernels (benches/)
+cargo xtask bench sites OUT [--scenes N] [--seed SEED] [--white-noise]
+                                         recognition on held-out piles of the six site-sensor sets
+cargo xtask fit [NAME [OUT]]             fits a fitted vector anew; without a name, what there is to fit
+cargo xtask release [--dry-run]          program, list of components and checksums of this version, after all checks";
+
+/// The repository's folder.
+fn root() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    match run(&args) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(args: &[String]) -> Result<ExitCode> {
+    let words: Vec<&str> = args.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        ["check", rest @ ..] => return check::check(rest),
+        ["bench", rest @ ..] => bench::bench(rest)?,
+        ["fit", rest @ ..] => fit::fit(rest)?,
+        ["release", rest @ ..] => release::release(rest)?,
+        [] | ["--help" | "-h" | "help"] => println!("{USAGE}"),
+        [other, ..] => bail!("there is no chore `{other}`\n{USAGE}"),
+    }
+    Ok(ExitCode::SUCCESS)
+}
