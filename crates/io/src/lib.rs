@@ -50,7 +50,6 @@ pub mod thinning;
 pub mod tin;
 pub mod tin_thinning;
 pub mod xlsx;
-pub mod xyz;
 
 mod csv_table;
 mod error;
