@@ -11,7 +11,7 @@ pub enum BlockError {
         name: String,
     },
     /// A size that is not a positive length.
-    #[error("block `{name}`: size = {size} m is not a positive length")]
+    #[error("block `{name}`: a size of {size} m is not between 1 mm and 100 m; is the unit right?")]
     BadSize {
         /// Block name.
         name: String,
@@ -19,7 +19,9 @@ pub enum BlockError {
         size: f32,
     },
     /// A density that is not positive.
-    #[error("block `{name}`: density_kg_m3 = {density} must be above 0")]
+    #[error(
+        "block `{name}`: density_kg_m3 = {density} is not between 10 and 30,000 (concrete: 2300)"
+    )]
     BadDensity {
         /// Block name.
         name: String,
@@ -66,6 +68,19 @@ pub enum BlockError {
     Duplicate {
         /// Block name.
         name: String,
+    },
+    /// A name no file or page can hold.
+    #[error(transparent)]
+    Name(#[from] scene::NameError),
+    /// More types than a search can tell apart in bearable time.
+    #[error(
+        "the catalogue has {types} [[block]] entries, at most {limit} are searched; leave out those this site does not have"
+    )]
+    TooManyTypes {
+        /// Entries.
+        types: usize,
+        /// Most.
+        limit: usize,
     },
     /// No entries.
     #[error("the catalogue has no [[block]] entry")]

@@ -7,9 +7,18 @@ use crate::{
 };
 use geom::{MeshError, TriMesh, Warning};
 use scene::{
-    BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape, SymmetryGroup,
+    BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape,
+    SymmetryGroup, check_name,
 };
+use std::ops::RangeInclusive;
 use std::path::Path;
+
+/// Edges a block may have: from a screw to a caisson. Far beyond, f32 loses the shape, and a unit was mistaken.
+const SIZES_M: RangeInclusive<f32> = 1e-3..=100.0;
+/// Densities a block may have: from cork to beyond osmium.
+const DENSITIES_KG_M3: RangeInclusive<f32> = 10.0..=30_000.0;
+/// Types a catalogue may hold; each costs a distance field of some 4 MB and a search of every place.
+const MOST_TYPES: usize = 100;
 
 /// The whole catalogue; `load_mesh` reads a mesh file given as the catalogue writes it, in the file's unit.
 pub fn catalog(
@@ -19,8 +28,13 @@ pub fn catalog(
     if spec.block.is_empty() {
         return Err(BlockError::NoBlocks);
     }
+    if spec.block.len() > MOST_TYPES {
+        return Err(BlockError::TooManyTypes { types: spec.block.len(), limit: MOST_TYPES });
+    }
     for (i, block) in spec.block.iter().enumerate() {
-        if spec.block[..i].iter().any(|b| b.name == block.name) {
+        check_name(format!("catalogue: the name of block {}", i + 1), &block.name)?;
+        // Names that differ by blanks at their ends look the same in every table.
+        if spec.block[..i].iter().any(|b| b.name.trim() == block.name.trim()) {
             return Err(BlockError::Duplicate { name: block.name.clone() });
         }
     }
@@ -102,7 +116,7 @@ pub fn warnings(catalog: &Catalog) -> Vec<Warning> {
 /// A built-in shape as a block.
 pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<BlockModel, BlockError> {
     let size = shape.size_m();
-    if !(size > 0.0 && size.is_finite()) {
+    if !SIZES_M.contains(&size) {
         return Err(BlockError::BadSize { name: name.into(), size });
     }
     let (mesh, parts, rotations) = match shape {
@@ -141,8 +155,12 @@ pub(crate) fn assemble(
     symmetry: SymmetryGroup,
     density_kg_m3: f32,
 ) -> Result<BlockModel, BlockError> {
-    if !(density_kg_m3 > 0.0 && density_kg_m3.is_finite()) {
+    if !DENSITIES_KG_M3.contains(&density_kg_m3) {
         return Err(BlockError::BadDensity { name: name.into(), density: density_kg_m3 });
+    }
+    let edge_m = mesh.bounds().size().max_element();
+    if edge_m.is_finite() && !SIZES_M.contains(&edge_m) {
+        return Err(BlockError::BadSize { name: name.into(), size: edge_m });
     }
     mesh.check_solid().map_err(|source| BlockError::Mesh { name: name.into(), source })?;
     let moments = mesh.moments();

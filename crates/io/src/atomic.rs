@@ -35,7 +35,7 @@ pub fn write(
         temporary.as_file().sync_all()?;
         readable_by_others(temporary.as_file())?;
         temporary.persist(path).map_err(|e| e.error)?;
-        Ok(())
+        folder_to_disk(folder)
     };
     attempt().map_err(|e| IoError::write(path, e))
 }
@@ -57,6 +57,47 @@ pub fn clear_aside(folder: &Path) -> Result<(), IoError> {
                 open.push(item.path());
             } else if name.starts_with(TEMPORARY) && name.ends_with(PART) {
                 fs::remove_file(item.path()).map_err(|e| IoError::write(&item.path(), e))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A rename is on the disk when its folder is: after a power cut the file is the old or the new one, never none.
+#[cfg(unix)]
+fn folder_to_disk(folder: &Path) -> io::Result<()> {
+    match File::open(folder)?.sync_all() {
+        // Some network file systems have no such call; they order renames themselves.
+        Err(e) if matches!(e.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported) => {
+            Ok(())
+        }
+        other => other,
+    }
+}
+
+#[cfg(not(unix))]
+fn folder_to_disk(_folder: &Path) -> io::Result<()> {
+    Ok(())
+}
+
+/// Refuses a folder that holds a link anywhere: what is written there would appear, or overwrite, elsewhere.
+/// A folder that is not there holds none.
+pub fn refuse_links(folder: &Path) -> Result<(), IoError> {
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(here) = open.pop() {
+        let fail = |e| IoError::read(&here, e);
+        let items = match fs::read_dir(&here) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
+            other => other.map_err(fail)?,
+        };
+        for item in items {
+            let item = item.map_err(fail)?;
+            let kind = item.file_type().map_err(fail)?;
+            if kind.is_symlink() {
+                let what = "it is a link; results are written into folders of their own only: remove the link, or choose another folder";
+                return Err(IoError::unsupported(&item.path(), what));
+            } else if kind.is_dir() {
+                open.push(item.path());
             }
         }
     }
@@ -93,6 +134,20 @@ mod tests {
         );
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// `exports` once was a link, and eleven files appeared where it led to.
+    #[cfg(unix)]
+    #[test]
+    fn links_in_a_result_folder_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path().join("run");
+        refuse_links(&run).unwrap();
+        write_bytes(&run.join("plan/a.txt"), b"x").unwrap();
+        refuse_links(&run).unwrap();
+        std::os::unix::fs::symlink(folder.path(), run.join("plan/exports")).unwrap();
+        let message = refuse_links(&run).unwrap_err().to_string();
+        assert!(message.contains("exports") && message.contains("link"), "{message}");
     }
 
     #[test]

@@ -119,7 +119,11 @@ pub fn write(path: &Path, rows: &[ChangeRow]) -> Result<(), IoError> {
 pub fn read(path: &Path) -> Result<Vec<ChangeRow>, IoError> {
     csv_table::read(&mut Input::open(path)?, &COLUMNS, &[], |row, c| {
         let id = |i: usize| -> Result<Option<u32>, IoError> {
-            if row.text(c[i]).is_empty() { Ok(None) } else { row.number(COLUMNS[i], c[i]).map(Some) }
+            if row.text(c[i]).is_empty() {
+                Ok(None)
+            } else {
+                row.number(COLUMNS[i], c[i]).map(Some)
+            }
         };
         let some = |i: usize| row.finite_or_empty(COLUMNS[i], c[i]);
         let shift_m = match (some(5)?, some(6)?, some(7)?) {

@@ -138,7 +138,18 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
         let [dx, dy, dz] = e.shift_m;
         db.execute(
             "INSERT INTO epochs VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
-            params![e.epoch, e.date, e.survey, store.crs, e.basis, dx, dy, dz, e.yaw_deg, e.sd_z_m],
+            params![
+                e.epoch as i64,
+                e.date,
+                e.survey,
+                store.crs,
+                e.basis,
+                dx,
+                dy,
+                dz,
+                e.yaw_deg,
+                e.sd_z_m
+            ],
         )?;
     }
     let date = |epoch: usize| {
@@ -157,8 +168,8 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
                 position.map(|p| point(&p, srs)),
                 b.block_id,
                 b.model,
-                b.first_epoch,
-                last.map(|o| o.epoch),
+                b.first_epoch as i64,
+                last.map(|o| o.epoch as i64),
                 last.map(|o| o.class.as_str())
             ],
         )?;
@@ -172,8 +183,7 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
             change(db, between, row, date(between.to), srs, &mut extents[2])?;
         }
     }
-    let tables =
-        [("blocks", "POINT"), ("observations", "POINT"), ("changes", "LINESTRING")];
+    let tables = [("blocks", "POINT"), ("observations", "POINT"), ("changes", "LINESTRING")];
     for ((table, kind), extent) in tables.into_iter().zip(extents) {
         let [x0, y0, x1, y1] = extent.bounds();
         db.execute(
@@ -197,7 +207,7 @@ fn observation(db: &Connection, o: &ObservationRow, date: &str, srs: i64) -> rus
         params![
             p.map(|p| point(&p, srs)),
             o.block_id,
-            o.epoch,
+            o.epoch as i64,
             date,
             o.block_in_epoch,
             o.class,
@@ -242,8 +252,8 @@ fn change(
         params![
             ends.map(|e| line(&e, srs)),
             row.block_id,
-            between.from,
-            between.to,
+            between.from as i64,
+            between.to as i64,
             date,
             row.model,
             row.class,
@@ -312,11 +322,8 @@ mod tests {
     use super::*;
 
     fn store(epochs: usize) -> Store {
-        let epoch = |epoch| EpochRow {
-            epoch,
-            date: format!("202{epoch}-05-01"),
-            ..EpochRow::default()
-        };
+        let epoch =
+            |epoch| EpochRow { epoch, date: format!("202{epoch}-05-01"), ..EpochRow::default() };
         let seen = |epoch: usize| ObservationRow {
             block_id: 1,
             epoch,

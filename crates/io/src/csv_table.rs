@@ -3,6 +3,7 @@
 use crate::input::Input;
 use crate::{IoError, Place};
 use csv::StringRecord;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Longer tables are not ours.
@@ -18,7 +19,7 @@ pub(crate) struct Row<'a> {
 impl Row<'_> {
     /// The text in a column, without blanks around it; empty when the column is absent.
     pub fn text(&self, column: Option<usize>) -> &str {
-        column.and_then(|c| self.record.get(c)).unwrap_or_default().trim()
+        as_meant(column.and_then(|c| self.record.get(c)).unwrap_or_default().trim())
     }
 
     /// A value that must be there.
@@ -105,9 +106,33 @@ pub(crate) fn text(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> 
     let fine = "memory takes every byte, and every row is as long as the header";
     writer.write_record(header).expect(fine);
     for row in rows {
-        writer.write_record(&row).expect(fine);
+        writer.write_record(row.iter().map(|cell| as_text(cell).into_owned())).expect(fine);
     }
     String::from_utf8(writer.into_inner().expect(fine)).expect("text in, text out")
+}
+
+/// A cell that no spreadsheet takes for a formula: text that begins like one gets an apostrophe in front, which
+/// spreadsheets do not show. Numbers stay numbers.
+pub fn as_text(cell: &str) -> Cow<'_, str> {
+    if like_formula(cell.trim_start_matches('\'')) {
+        Cow::Owned(format!("'{cell}"))
+    } else {
+        Cow::Borrowed(cell)
+    }
+}
+
+/// The cell as it was before [`as_text`].
+fn as_meant(cell: &str) -> &str {
+    match cell.strip_prefix('\'') {
+        Some(rest) if like_formula(rest.trim_start_matches('\'')) => rest,
+        _ => cell,
+    }
+}
+
+/// Whether a spreadsheet would run it. A number may begin with a sign.
+fn like_formula(cell: &str) -> bool {
+    cell.starts_with(['=', '+', '-', '@', '\t', '\r', '\n', '＝', '＋', '－', '＠'])
+        && cell.parse::<f64>().is_err()
 }
 
 /// x, y, z and a unit quaternion (w first) of a pose in site coordinates.
@@ -168,12 +193,28 @@ impl SitePose {
 
 #[cfg(test)]
 mod tests {
-    use super::SitePose;
+    use super::{SitePose, as_meant, as_text};
     use geom::{Pose, Quat, Vec3};
     use proptest::prelude::*;
     use scene::SiteFrame;
 
+    #[test]
+    fn a_name_like_a_formula_is_text_to_a_spreadsheet() {
+        for name in ["=1+1", "+a", "-a", "@SUM(A1)", "\t=1", "-", "＝1"] {
+            assert!(as_text(name).starts_with('\''), "{name}");
+        }
+        for plain in ["-1.5", "+3", "1e-5", "tetrapod", "", "'s-Gravenzande", "-inf"] {
+            assert_eq!(as_text(plain), plain);
+        }
+    }
+
     proptest! {
+        #[test]
+        fn a_cell_comes_back_as_it_was(cell in "'{0,2}[=+@-]?[ -~]{0,6}") {
+            let written = as_text(&cell).into_owned();
+            prop_assert_eq!(as_meant(&written), cell.as_str());
+        }
+
         #[test]
         fn a_pose_comes_back_to_the_last_bit(turn in (-3.0f32..3.0, -3.0f32..3.0), x in -200.0f32..200.0, z in -9.0f32..9.0) {
             let frame = SiteFrame { origin: [-35_604.27, -12_310.5, 0.25], ..SiteFrame::default() };

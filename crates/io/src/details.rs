@@ -88,7 +88,8 @@ mod tests {
 
     #[test]
     fn a_date_is_a_date_or_the_fixed_one() {
-        let date = |d: &str| Details { survey_date: d.into(), ..Details::default() }.date().to_string();
+        let date =
+            |d: &str| Details { survey_date: d.into(), ..Details::default() }.date().to_string();
         assert_eq!(date("2026-11-30"), "2026-11-30");
         for other in ["", "2026-1-3", "30 Nov\" onload", "2026-11-30-1"] {
             assert_eq!(date(other), "2000-01-01");

@@ -65,14 +65,7 @@ pub fn write_with(folder: &Path, set: &ExportSet, details: &Details) -> Result<(
             _ => Ok(()),
         };
     }
-    landxml::write_with(
-        &path,
-        drawing.name,
-        &drawing.frame.crs,
-        &tins,
-        drawing.sections,
-        details,
-    )
+    landxml::write_with(&path, drawing.name, &drawing.frame.crs, &tins, drawing.sections, details)
 }
 
 fn surface(name: &str, map: &Raster) -> Surface {

@@ -72,7 +72,8 @@ fn bytes(drawing: &Drawing, details: &Details, seed: u64) -> rusqlite::Result<Ve
     for layer in &layers {
         write_layer(&transaction, layer, srs)?;
     }
-    let count = |name: &str| layers.iter().find(|l| l.name == name).map_or(0, |l| l.rows.len() as i64);
+    let count =
+        |name: &str| layers.iter().find(|l| l.name == name).map_or(0, |l| l.rows.len() as i64);
     transaction.execute(
         "INSERT INTO runs VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7)",
         params![
@@ -112,8 +113,7 @@ fn write_layer(db: &Connection, layer: &Layer, srs: i64) -> rusqlite::Result<()>
         layer.kind.word()
     ))?;
     let marks: String = (0..layer.columns.len()).map(|i| format!(", ?{}", i + 2)).collect();
-    let mut insert =
-        db.prepare(&format!("INSERT INTO {} VALUES (NULL, ?1{marks})", layer.name))?;
+    let mut insert = db.prepare(&format!("INSERT INTO {} VALUES (NULL, ?1{marks})", layer.name))?;
     let mut extent = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
     for row in &layer.rows {
         for p in row.rings.iter().flatten() {

@@ -6,6 +6,7 @@ use crate::input::Input;
 use crate::raster::Raster;
 use crate::{IoError, Place};
 use std::io::{Cursor, Read, Seek};
+use std::path::Path;
 use tiff::decoder::{Decoder, Limits};
 use tiff::tags::Tag;
 

@@ -55,17 +55,21 @@ fn bytes(raster: &Raster, crs: &str, band: &str) -> tiff::TiffResult<Vec<u8>> {
 /// What GDAL and QGIS show of the band: its name, its unit, its statistics.
 fn metadata(raster: &Raster, band: &str) -> String {
     let known = || raster.value.iter().copied().filter(|v| v.is_finite()).map(f64::from);
-    let mut items = String::from("<Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">metre</Item>");
+    let mut items =
+        String::from("<Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">metre</Item>");
     if !band.is_empty() {
         let name = escaped(band);
-        items += &format!("<Item name=\"DESCRIPTION\" sample=\"0\" role=\"description\">{name}</Item>");
+        items +=
+            &format!("<Item name=\"DESCRIPTION\" sample=\"0\" role=\"description\">{name}</Item>");
     }
     let count = known().count();
     if count > 0 {
         let mean = known().sum::<f64>() / count as f64;
         let spread = (known().map(|v| (v - mean).powi(2)).sum::<f64>() / count as f64).sqrt();
         let [low, high] = [known().fold(f64::MAX, f64::min), known().fold(f64::MIN, f64::max)];
-        for (name, value) in [("MINIMUM", low), ("MAXIMUM", high), ("MEAN", mean), ("STDDEV", spread)] {
+        for (name, value) in
+            [("MINIMUM", low), ("MAXIMUM", high), ("MEAN", mean), ("STDDEV", spread)]
+        {
             items += &format!("<Item name=\"STATISTICS_{name}\" sample=\"0\">{value}</Item>");
         }
     }

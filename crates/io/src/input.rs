@@ -5,6 +5,51 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
+/// Opens a file that must be one: opening a pipe would wait for whoever writes into it, a device may never end.
+/// Returns it with its size, bytes.
+pub fn open_regular(path: &Path) -> Result<(File, u64), IoError> {
+    let open = || {
+        // Before opening, for a pipe blocks in `open`; after it, for the name may have been exchanged in between.
+        regular(&std::fs::metadata(path)?)?;
+        let file = File::open(path)?;
+        let meta = file.metadata()?;
+        regular(&meta)?;
+        Ok((file, meta.len()))
+    };
+    open().map_err(|e| IoError::read(path, e))
+}
+
+/// Content of a file that must be one and hold at most `limit` bytes.
+pub fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, IoError> {
+    let (file, len) = open_regular(path)?;
+    let too_long = |len| {
+        let what = format!("{len} bytes are too many for such a file (limit {limit})");
+        IoError::malformed(path, Place::File, what)
+    };
+    if len > limit {
+        return Err(too_long(len));
+    }
+    let mut bytes = Vec::with_capacity(len as usize);
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| IoError::read(path, e))?;
+    if bytes.len() as u64 > limit { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
+}
+
+fn regular(meta: &std::fs::Metadata) -> io::Result<()> {
+    if meta.is_dir() {
+        return Err(io::Error::new(
+            io::ErrorKind::IsADirectory,
+            "it is a folder, a file is needed",
+        ));
+    }
+    if !meta.is_file() {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "it is a pipe or a device; write it to an ordinary file first",
+        ));
+    }
+    Ok(())
+}
+
 trait ReadSeek: Read + Seek + Send {}
 impl<T: Read + Seek + Send> ReadSeek for T {}
 
@@ -20,18 +65,7 @@ pub struct Input<'a> {
 impl<'a> Input<'a> {
     /// Opens a file.
     pub fn open(path: &'a Path) -> Result<Self, IoError> {
-        let open = || {
-            let file = File::open(path)?;
-            let meta = file.metadata()?;
-            if meta.is_dir() {
-                return Err(io::Error::new(
-                    io::ErrorKind::IsADirectory,
-                    "it is a folder, a file is needed",
-                ));
-            }
-            Ok((file, meta.len()))
-        };
-        let (file, len) = open().map_err(|e| IoError::read(path, e))?;
+        let (file, len) = open_regular(path)?;
         Ok(Self { path, len, reader: BufReader::with_capacity(1 << 16, Box::new(file)) })
     }
 

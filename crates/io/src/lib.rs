@@ -42,6 +42,7 @@ pub mod read_options;
 pub mod relabel;
 pub mod review;
 pub mod sensor_place;
+pub mod signature;
 pub mod site;
 pub mod stl;
 pub mod text_cloud;
@@ -61,6 +62,6 @@ mod vector_layers;
 
 pub use csv_table::SitePose;
 pub use error::{IoError, Place};
-pub use input::Input;
+pub use input::{Input, open_regular, read_bytes};
 pub use raw_cloud::RawCloud;
 pub use read_options::{LeaveOut, ReadOptions};

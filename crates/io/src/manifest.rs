@@ -3,11 +3,20 @@
 use crate::{IoError, Place, atomic, review};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 /// Name in the run folder.
 pub const FILE: &str = "manifest.json";
+
+/// Layout of the file that this version writes and reads.
+pub const FORMAT: u32 = 1;
+
+/// The lock of whoever writes into a run folder; it stays there, empty, and says nothing of the run.
+pub const LOCK: &str = ".tsumu-lock";
+
+/// A manifest is text about some hundred files.
+const LARGEST: u64 = 64 << 20;
 
 /// Wall times of a run: of no consequence for the result, different every time, and so neither hashed nor checked.
 pub const APART: &str = "timing.json";
@@ -73,7 +82,7 @@ impl Manifest {
     /// A manifest without files.
     pub fn new(version: &str, seed: u64, config: serde_json::Value) -> Self {
         Self {
-            format: 1,
+            format: FORMAT,
             version: version.into(),
             seed,
             config,
@@ -117,29 +126,41 @@ impl Manifest {
         Ok(())
     }
 
-    /// Hashes every file of the run folder and writes the manifest there. Files the folder held before the run
-    /// count as outputs too: a run folder is the program's alone.
-    pub fn seal(&mut self, run: &Path) -> Result<(), IoError> {
+    /// Hashes what the run has written, given relative to its folder, and writes the manifest there. Only that is vouched
+    /// for: a file somebody else put into the folder is none of the run's outputs.
+    pub fn seal<'n>(
+        &mut self,
+        run: &Path,
+        written: impl IntoIterator<Item = &'n Path>,
+    ) -> Result<(), IoError> {
         self.outputs.clear();
-        for name in files_below(run)? {
-            self.outputs.insert(portable(&name), entry(&run.join(&name))?);
+        for name in written {
+            self.outputs.insert(portable(name), entry(&run.join(name))?);
         }
         let mut text = serde_json::to_string_pretty(self).expect("a manifest is plain data");
         text.push('\n');
         atomic::write_bytes(&run.join(FILE), text.as_bytes())
     }
 
+    /// Takes the manifest of an earlier run away before the first of its files is overwritten: from then on until the new
+    /// one is sealed the folder is an unfinished run, to every command that opens it.
+    pub fn invalidate(run: &Path) -> Result<(), IoError> {
+        let path = run.join(FILE);
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+            other => other.map_err(|e| IoError::write(&path, e)),
+        }
+    }
+
     /// Reads the manifest of a run folder.
     pub fn load(run: &Path) -> Result<Self, IoError> {
         let path = run.join(FILE);
-        let bytes = match fs::read(&path) {
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound && run.is_dir() => {
-                let what = "the folder has no manifest: the run was not finished; `tsumu run` goes on with it";
-                return Err(IoError::unsupported(&path, what));
-            }
-            other => other.map_err(|e| IoError::read(&path, e))?,
-        };
-        Self::of_bytes(&path, &bytes)
+        if run.is_dir() && !path.try_exists().map_err(|e| IoError::read(&path, e))? {
+            let what =
+                "the folder has no manifest: the run was not finished; `tsumu run` goes on with it";
+            return Err(IoError::unsupported(&path, what));
+        }
+        Self::of_bytes(&path, &crate::input::read_bytes(&path, LARGEST)?)
     }
 
     /// The same from the file's content.
@@ -147,6 +168,13 @@ impl Manifest {
         let manifest: Self = serde_json::from_slice(bytes).map_err(|e| {
             IoError::malformed(path, Place::Line(e.line() as u64), format!("not a manifest: {e}"))
         })?;
+        if manifest.format != FORMAT {
+            let what = format!(
+                "format = {} is not known (this version reads {FORMAT}); use the version of the program that made the run",
+                manifest.format
+            );
+            return Err(IoError::unsupported(path, what));
+        }
         let outside =
             |n: &&String| !Path::new(n).components().all(|c| matches!(c, Component::Normal(_)));
         match manifest.inputs.keys().chain(manifest.outputs.keys()).find(outside) {
@@ -175,6 +203,17 @@ pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoErro
                 {
                     differences.push(Difference::Missing(path));
                 }
+                // A folder, a pipe or a device where a file was.
+                Err(IoError::Os { source, .. })
+                    if matches!(
+                        source.kind(),
+                        std::io::ErrorKind::IsADirectory
+                            | std::io::ErrorKind::InvalidInput
+                            | std::io::ErrorKind::NotADirectory
+                    ) =>
+                {
+                    differences.push(Difference::Changed(path));
+                }
                 Err(e) => return Err(e),
             }
         }
@@ -200,29 +239,34 @@ pub fn hash(bytes: &[u8]) -> [u8; 32] {
 /// Size and hash of a file.
 pub fn entry(path: &Path) -> Result<Entry, IoError> {
     let mut hasher = blake3::Hasher::new();
-    let bytes = File::open(path)
-        .and_then(|mut file| std::io::copy(&mut file, &mut hasher))
-        .map_err(|e| IoError::read(path, e))?;
+    let (mut file, _) = crate::input::open_regular(path)?;
+    let bytes = std::io::copy(&mut file, &mut hasher).map_err(|e| IoError::read(path, e))?;
     Ok(Entry { bytes, blake3: hasher.finalize().to_hex().to_string() })
 }
 
-/// Relative paths of all files but the manifest, the wall times and work in hand, sorted.
-fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
+/// Relative paths of everything but the manifest, the wall times and the lock, sorted: files, links, pipes, and folders that
+/// hold nothing. A finished run leaves no work in hand, so that such names are told like any other.
+pub fn files_below(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
     let (mut found, mut open) = (Vec::new(), vec![PathBuf::new()]);
     while let Some(below) = open.pop() {
         let here = folder.join(&below);
         let fail = |e| IoError::read(&here, e);
+        let mut empty = true;
         for item in fs::read_dir(&here).map_err(fail)? {
             let item = item.map_err(fail)?;
             let name = below.join(item.file_name());
-            if item.file_name().to_string_lossy().starts_with(atomic::TEMPORARY) {
-                continue; // work in hand, or what a killed run left of it
-            }
+            empty = false;
             if item.file_type().map_err(fail)?.is_dir() {
                 open.push(name);
-            } else if name != Path::new(FILE) && name != Path::new(APART) {
+            } else if ![FILE, APART, LOCK, crate::signature::FILE]
+                .map(Path::new)
+                .contains(&name.as_path())
+            {
                 found.push(name);
             }
+        }
+        if empty && below != Path::new("") {
+            found.push(below);
         }
     }
     found.sort();

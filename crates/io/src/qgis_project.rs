@@ -7,7 +7,7 @@ use crate::drawing::Drawing;
 use crate::landxml::escaped;
 use crate::raster::Raster;
 use crate::vector_layers::{Kind, NAMES};
-use crate::{IoError, atomic, las, qgis_style};
+use crate::{IoError, atomic, qgis_style};
 use std::fmt::Write as _;
 use std::io::{self, Cursor, Write as _};
 use std::path::Path;
@@ -32,7 +32,10 @@ pub fn text(drawing: &Drawing, maps: &[(&str, Raster)]) -> String {
     // The tree lists from the top down.
     for (name, title, kind) in NAMES.iter().rev() {
         let source = format!("./project.gpkg|layername={name}");
-        let _ = write!(tree, "<layer-tree-layer id=\"{name}\" name=\"{title}\" checked=\"Qt::Checked\" expanded=\"0\" providerKey=\"ogr\" source=\"{source}\"/>");
+        let _ = write!(
+            tree,
+            "<layer-tree-layer id=\"{name}\" name=\"{title}\" checked=\"Qt::Checked\" expanded=\"0\" providerKey=\"ogr\" source=\"{source}\"/>"
+        );
         let shape = match kind {
             Kind::Point => "Point",
             Kind::Line => "Line",
@@ -49,7 +52,10 @@ pub fn text(drawing: &Drawing, maps: &[(&str, Raster)]) -> String {
         let name = escaped(name);
         let source = format!("./{name}.tif");
         let shown = if name == "deficit-before" { "Qt::Checked" } else { "Qt::Unchecked" };
-        let _ = write!(tree, "<layer-tree-layer id=\"map_{name}\" name=\"{name}\" checked=\"{shown}\" expanded=\"0\" providerKey=\"gdal\" source=\"{source}\"/>");
+        let _ = write!(
+            tree,
+            "<layer-tree-layer id=\"map_{name}\" name=\"{name}\" checked=\"{shown}\" expanded=\"0\" providerKey=\"gdal\" source=\"{source}\"/>"
+        );
         let differences = name.starts_with("deficit");
         let [low, high] = range(map, differences);
         let _ = write!(
@@ -66,7 +72,7 @@ pub fn text(drawing: &Drawing, maps: &[(&str, Raster)]) -> String {
 
 fn reference_system(drawing: &Drawing) -> String {
     let Some(code) = drawing.epsg() else { return "<spatialrefsys/>".into() };
-    let wkt = las::wkt_of_epsg(code).unwrap_or_default();
+    let wkt = crate::crs::wkt_of_epsg(code).unwrap_or_default();
     format!(
         "<spatialrefsys><wkt>{}</wkt><srid>{code}</srid><authid>EPSG:{code}</authid><geographicflag>false</geographicflag></spatialrefsys>",
         escaped(&wkt)
@@ -77,7 +83,9 @@ fn reference_system(drawing: &Drawing) -> String {
 pub(crate) fn range(map: &Raster, differences: bool) -> [f64; 2] {
     let mut known: Vec<f32> = map.value.iter().copied().filter(|v| v.is_finite()).collect();
     known.sort_by(f32::total_cmp);
-    let at = |share: usize| known.get(known.len().saturating_sub(1) * share / 100).copied().map_or(0.0, f64::from);
+    let at = |share: usize| {
+        known.get(known.len().saturating_sub(1) * share / 100).copied().map_or(0.0, f64::from)
+    };
     let (low, high) = (at(2), at(98));
     let [low, high] = if differences {
         let reach = low.abs().max(high.abs());

@@ -43,7 +43,8 @@ fn label(layer: &str) -> Option<(&'static str, u8)> {
 }
 
 fn options(pairs: &[(&str, &str)]) -> String {
-    let list = pairs.iter().map(|(k, v)| format!("<Option type=\"QString\" name=\"{k}\" value=\"{v}\"/>"));
+    let list =
+        pairs.iter().map(|(k, v)| format!("<Option type=\"QString\" name=\"{k}\" value=\"{v}\"/>"));
     let old = pairs.iter().map(|(k, v)| format!("<prop k=\"{k}\" v=\"{v}\"/>"));
     format!("<Option type=\"Map\">{}</Option>{}", list.collect::<String>(), old.collect::<String>())
 }
@@ -72,17 +73,31 @@ fn fill(colour: &str, outline: &str, width: &str) -> String {
 }
 
 fn line(colour: &str, width: &str, style: &str) -> String {
-    let pairs = [("line_color", colour), ("line_width", width), ("line_width_unit", "MM"), ("line_style", style)];
+    let pairs = [
+        ("line_color", colour),
+        ("line_width", width),
+        ("line_width_unit", "MM"),
+        ("line_style", style),
+    ];
     symbol("line", "0", "SimpleLine", &pairs)
 }
 
 fn marker(colour: &str) -> String {
-    let pairs = [("name", "cross2"), ("color", colour), ("outline_color", colour), ("outline_width", "0.5"), ("size", "3"), ("size_unit", "MM")];
+    let pairs = [
+        ("name", "cross2"),
+        ("color", colour),
+        ("outline_color", colour),
+        ("outline_width", "0.5"),
+        ("size", "3"),
+        ("size_unit", "MM"),
+    ];
     symbol("marker", "0", "SimpleMarker", &pairs)
 }
 
 fn single(symbol: &str) -> String {
-    format!("<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\" forceraster=\"0\"><symbols>{symbol}</symbols></renderer-v2>")
+    format!(
+        "<renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" enableorderby=\"0\" forceraster=\"0\"><symbols>{symbol}</symbols></renderer-v2>"
+    )
 }
 
 /// Dark blue is doubtful, yellow is sure: the ramp of the report.
@@ -118,8 +133,10 @@ fn labelling((field, size): (&'static str, u8)) -> String {
 /// How a raster is drawn: differences diverge about zero, heights run from dark to light. `low` and `high` are the values
 /// between which the colours run.
 pub(crate) fn raster(diverging: bool, low: f64, high: f64) -> String {
-    const DIVERGING: [[u8; 3]; 5] = [[33, 79, 138], [140, 175, 214], [247, 247, 247], [240, 160, 120], [170, 50, 30]];
-    const HEIGHTS: [[u8; 3]; 5] = [[0, 32, 81], [70, 82, 110], [124, 123, 118], [176, 164, 110], [222, 208, 92]];
+    const DIVERGING: [[u8; 3]; 5] =
+        [[33, 79, 138], [140, 175, 214], [247, 247, 247], [240, 160, 120], [170, 50, 30]];
+    const HEIGHTS: [[u8; 3]; 5] =
+        [[0, 32, 81], [70, 82, 110], [124, 123, 118], [176, 164, 110], [222, 208, 92]];
     let stops = if diverging { DIVERGING } else { HEIGHTS };
     let items: String = (0..5)
         .map(|i| {

@@ -160,7 +160,14 @@ fn placements(drawing: &Drawing) -> (Vec<&'static str>, Vec<Row>) {
 }
 
 fn not_judged(drawing: &Drawing) -> (Vec<&'static str>, Vec<Row>) {
-    let columns = vec!["block_id INTEGER", "likeliest TEXT", "z_m DOUBLE", "confidence DOUBLE", "occlusion DOUBLE", "points INTEGER"];
+    let columns = vec![
+        "block_id INTEGER",
+        "likeliest TEXT",
+        "z_m DOUBLE",
+        "confidence DOUBLE",
+        "occlusion DOUBLE",
+        "points INTEGER",
+    ];
     let open = drawing.recognised.iter().filter(|r| !r.is_stated());
     let row = |r: &scene::Recognised| {
         let p = drawing.frame.site_from_local(r.centre(drawing.catalog));
@@ -185,7 +192,12 @@ fn not_judged(drawing: &Drawing) -> (Vec<&'static str>, Vec<Row>) {
 fn unfilled(details: &Details) -> (Vec<&'static str>, Vec<Row>) {
     let row = |u: &crate::details::Unfilled| {
         let ([x, y], h) = (u.centre, u.half_m);
-        let ring = vec![[x - h, y - h, 0.0], [x + h, y - h, 0.0], [x + h, y + h, 0.0], [x - h, y + h, 0.0]];
+        let ring = vec![
+            [x - h, y - h, 0.0],
+            [x + h, y - h, 0.0],
+            [x + h, y + h, 0.0],
+            [x - h, y + h, 0.0],
+        ];
         Row { rings: vec![ring], values: vec![text(&*u.reason), real(u.void_m3)] }
     };
     (vec!["reason TEXT", "void_m3 DOUBLE"], details.unfilled.iter().map(row).collect())
@@ -208,7 +220,10 @@ fn alignment(details: &Details) -> (Vec<&'static str>, Vec<Row>) {
         let next = stations.get(i + 1).map(|s| &s.1).or(end);
         if let Some(next) = next.filter(|n| *n != at) {
             let line = vec![[at[0], at[1], 0.0], [next[0], next[1], 0.0]];
-            rows.push(Row { rings: vec![line], values: vec![text(station(*chainage)), real(*chainage)] });
+            rows.push(Row {
+                rings: vec![line],
+                values: vec![text(station(*chainage)), real(*chainage)],
+            });
         }
     }
     (vec!["station TEXT", "chainage_m DOUBLE"], rows)

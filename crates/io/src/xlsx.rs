@@ -3,7 +3,9 @@
 use crate::details::{Details, station};
 use crate::drawing::{Drawing, Source};
 use crate::{IoError, atomic};
-use rust_xlsxwriter::{DocProperties, ExcelDateTime, Format, Formula, Workbook, Worksheet, XlsxError};
+use rust_xlsxwriter::{
+    DocProperties, ExcelDateTime, Format, Formula, Workbook, Worksheet, XlsxError,
+};
 use scene::AreaVolume;
 use std::io;
 use std::path::Path;
@@ -18,7 +20,8 @@ fn bytes(drawing: &Drawing, details: &Details) -> Result<Vec<u8>, XlsxError> {
     let mut book = Workbook::new();
     // The file's own date is fixed: the same result gives the same bytes.
     let made = ExcelDateTime::from_ymd(2000, 1, 1)?;
-    let properties = DocProperties::new().set_title(plain(drawing.name)).set_creation_datetime(&made);
+    let properties =
+        DocProperties::new().set_title(plain(drawing.name)).set_creation_datetime(&made);
     book.set_properties(&properties);
     let styles = Styles::new();
     if !details.quantities.is_empty() {
@@ -107,7 +110,8 @@ fn quantities(sheet: &mut Worksheet, details: &Details, styles: &Styles) -> Resu
     });
     for (k, sum) in sums.iter().enumerate() {
         let letter = char::from(b'E' + 2 * k as u8);
-        let formula = Formula::new(format!("=SUM({letter}2:{letter}{last})")).set_result(sum.to_string());
+        let formula =
+            Formula::new(format!("=SUM({letter}2:{letter}{last})")).set_result(sum.to_string());
         sheet.write_formula_with_format(last, 4 + 2 * k as u16, formula, &styles.sum)?;
     }
     sheet.write_string(last + 1, 0, "平均断面法 Average end area: V = (A1 + A2)/2 · L")?;
@@ -176,7 +180,11 @@ fn recognised(sheet: &mut Worksheet, drawing: &Drawing, styles: &Styles) -> Resu
         for (k, v) in [centre.y, centre.x, centre.z].into_iter().enumerate() {
             sheet.write_number_with_format(row, 2 + k as u16, v, &styles.three)?;
         }
-        let known = [(fit.confidence, 1.0, &styles.two), (fit.fitness_m, 1000.0, &styles.whole), (fit.occlusion, 100.0, &styles.whole)];
+        let known = [
+            (fit.confidence, 1.0, &styles.two),
+            (fit.fitness_m, 1000.0, &styles.whole),
+            (fit.occlusion, 100.0, &styles.whole),
+        ];
         for (k, (value, factor, style)) in known.into_iter().enumerate() {
             if let Some(v) = value {
                 sheet.write_number_with_format(row, 5 + k as u16, v * factor, style)?;

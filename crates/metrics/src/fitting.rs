@@ -3,9 +3,12 @@
 //! Every scene point has a distance h to the nearest face of the recognised blocks. E_f is the mean of those within
 //! h_th, R the share of points within h_th.
 
-use geom::{MeshQuery, Vec3};
+use geom::{MeshQuery, PointGrid, Vec3};
 use scene::{Catalog, PlacedBlock};
 use serde::{Deserialize, Serialize};
+
+/// Edge of a cell of the points' grid over the largest block's edge.
+const CELL: f32 = 0.25;
 
 /// E_f and R at one threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,18 +39,25 @@ pub fn model_distances_m(
     reach_m: f32,
 ) -> Vec<f32> {
     let mut distance = vec![f32::INFINITY; points.len()];
+    let largest_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
+    // A few cells across a block: every block then asks its own neighbourhood and not the whole survey.
+    let grid = PointGrid::new(points, (CELL * largest_m).max(reach_m));
     for (id, model) in catalog.iter() {
         let placed: Vec<_> = blocks.iter().filter(|b| b.model == id).collect();
         let Ok(query) = MeshQuery::new(&model.mesh) else { continue };
         let bounds = model.mesh.bounds().grown(reach_m);
+        let middle = 0.5 * (bounds.min + bounds.max);
+        // A little more than half the diagonal: the box itself decides.
+        let radius_m = 0.5 * bounds.size().length() * 1.001;
         for block in placed {
             let block_from_site = block.site_from_block.inverse();
-            for (i, &p) in points.iter().enumerate() {
+            grid.for_each_within(block.site_from_block * middle, radius_m, |i, p, _| {
                 let q = block_from_site * p;
                 if bounds.contains(q) {
-                    distance[i] = distance[i].min((query.nearest(q).0 - q).length());
+                    let nearest = &mut distance[i as usize];
+                    *nearest = nearest.min((query.nearest(q).0 - q).length());
                 }
-            }
+            });
         }
     }
     distance

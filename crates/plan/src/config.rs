@@ -80,6 +80,8 @@ pub struct PlanConfig {
     /// How far the shake may move it; 0.1 m for a 2 m block.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shake_limit_m: Option<f32>,
+    /// Memory the planner's maps may fill, GB; a design that spans more is refused before work begins.
+    pub memory_gb: f32,
     /// Simulated time a drop may take before it counts as unsettled (scaled with √size).
     pub drop_time_s: f32,
     /// Whether blocks of the plan are fixed once they rest. If not, a drop may push them, and one that moves any of them
@@ -186,6 +188,7 @@ impl Default for PlanConfig {
             wedge_limit: 0.2,
             shake_m_s: 0.1,
             shake_limit_m: None,
+            memory_gb: 3.0,
             drop_time_s: 10.0,
             frozen: true,
             random: RandomConfig::default(),
@@ -237,6 +240,8 @@ pub struct Settings {
     pub shake_m_s: f32,
     /// Movement allowed under the shake.
     pub shake_limit_m: f32,
+    /// Memory of the maps.
+    pub memory_gb: f32,
     /// Time limit of a drop.
     pub drop_time_s: f32,
     /// Whether placed blocks are fixed.
@@ -283,6 +288,7 @@ impl PlanConfig {
             wedge_limit: self.wedge_limit,
             shake_m_s: self.shake_m_s * scale.sqrt(),
             shake_limit_m: length(self.shake_limit_m, 0.1),
+            memory_gb: self.memory_gb,
             drop_time_s: self.drop_time_s * scale.sqrt(),
             frozen: self.frozen,
             // Loose neighbours need what they stand on.
@@ -299,8 +305,25 @@ impl PlanConfig {
     }
 }
 
+/// Counts that multiply work, with the most of each: ten and more times what any measured plan gained from. Beyond lies a slip
+/// of the keyboard that would run for years or ask for all memory.
+const MOST: [(&str, fn(&Settings) -> u32, u32); 7] = [
+    ("rounds", |s| s.rounds, 1_000),
+    ("random.drops", |s| s.random.drops, 10_000),
+    ("search.attitudes", |s| s.search.attitudes, 10_000),
+    ("search.step_cells", |s| s.search.step_cells, 1_000),
+    ("search.verify", |s| s.search.verify, 1_000),
+    ("network.proposals", |s| s.network.proposals, 10_000),
+    ("network.verify", |s| s.network.verify, 1_000),
+];
+
 impl Settings {
     fn check(&self) -> Result<(), PlanError> {
+        for (key, value, most) in MOST {
+            if value(self) > most {
+                return Err(PlanError::TooMuch { key, value: value(self), most });
+            }
+        }
         let positive = |key, value: f32| {
             let ok = value > 0.0 && value.is_finite();
             if ok {
@@ -326,6 +349,7 @@ impl Settings {
             });
         }
         positive("stride_m", self.stride_m)?;
+        positive("memory_gb", self.memory_gb)?;
         not_negative("minimum_volume_m3", self.minimum_volume_m3)?;
         positive("nms_iou", self.nms_iou)?;
         if !self.overflow_m.is_finite() {

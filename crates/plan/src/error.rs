@@ -14,6 +14,18 @@ pub enum PlanError {
         /// What is allowed.
         why: &'static str,
     },
+    /// A count beyond all use.
+    #[error(
+        "plan.{key} = {value} is more than {most}, from which no plan gains; use a smaller number"
+    )]
+    TooMuch {
+        /// Key in the file.
+        key: &'static str,
+        /// The value.
+        value: u32,
+        /// Most that is taken.
+        most: u32,
+    },
     /// A physics setting out of range or a block the engine cannot take.
     #[error(transparent)]
     Physics(#[from] sim::SimError),
@@ -32,15 +44,21 @@ pub enum PlanError {
     },
     /// The raster would not fit into memory.
     #[error(
-        "the design covers {cells} cells of {cell_m} m, more than {limit}: enlarge plan.cell_m or check the design's coordinates"
+        "the design spans {cells} cells of {cell_m} m (its rectangle is {width_m:.0} m × {height_m:.0} m), more than {limit}, which is what {memory_gb} GB hold: enlarge plan.cell_m, give plan.memory_gb more, or check the design's coordinates"
     )]
     TooManyCells {
         /// Cells needed.
         cells: u64,
         /// Edge of a cell.
         cell_m: f32,
+        /// Extent west to east, metres.
+        width_m: f64,
+        /// Extent south to north, metres.
+        height_m: f64,
         /// Cells allowed.
         limit: u64,
+        /// The memory they fill.
+        memory_gb: f32,
     },
     /// No block types at all.
     #[error("the catalogue has no block to place")]

@@ -12,13 +12,13 @@ use rand::RngExt;
 use scene::{Catalog, DesignSurface, ModelId, PlacedBlock, Scene, SiteFrame};
 use sim::{BlockShape, World};
 
+/// What a cell costs while a plan is made: five maps of f32 and two copies of the deficit's sums, with the room their growth
+/// takes. 85 M cells were seen to need more than 4 GB.
+const BYTES_A_CELL: f64 = 56.0;
 /// Overlap of two recognised blocks, in d_box, that is told: what METHOD §5 lets a right pose be off by.
 const DEEP: f32 = 0.1;
 /// A design farther than this from every block, in d_max, lies elsewhere. Free choice: a wrong coordinate system is off by kilometres.
 const ELSEWHERE: f64 = 10.0;
-
-/// More cells than this (2.4 GB of maps) is a mistake in the coordinates.
-const MOST_CELLS: u64 = 200_000_000;
 
 /// What the planner is given.
 #[derive(Clone, Copy)]
@@ -68,15 +68,7 @@ pub(crate) fn prepare<'a>(
     let block = input.catalog.get(model);
     let settings = config.resolve(block, input.catalog.d_max_m())?;
     let margin_m = block.d_box_m;
-    let [low, high] = input.design.extent();
-    let cells_along = |axis: usize| {
-        ((high[axis] - low[axis] + 2.0 * f64::from(margin_m)) / f64::from(settings.cell_m)).max(1.0)
-            as u64
-    };
-    let cells = cells_along(0).saturating_mul(cells_along(1));
-    if cells > MOST_CELLS {
-        return Err(PlanError::TooManyCells { cells, cell_m: settings.cell_m, limit: MOST_CELLS });
-    }
+    check_raster(input.design, margin_m, &settings)?;
     let design = stack::design_map(input.design, input.frame, settings.cell_m, margin_m);
     if !design.z_m.iter().any(|z| z.is_finite()) {
         return Err(PlanError::NoWorks { cell_m: settings.cell_m });
@@ -132,6 +124,44 @@ impl Site<'_> {
         stack.existing = stack.blocks.len();
         stack
     }
+}
+
+/// Whether the raster of a design fits into memory, whichever block of the catalogue is placed: to be asked before anything is
+/// paid for. Errors: [`PlanError::TooManyCells`], and every setting that is out of range.
+pub fn check_extent(
+    design: &DesignSurface,
+    catalog: &Catalog,
+    config: &PlanConfig,
+) -> Result<(), PlanError> {
+    let asked = |name: &str| config.block.as_ref().is_none_or(|block| block == name);
+    for (_, model) in catalog.iter().filter(|(_, m)| asked(&m.name)) {
+        let settings = config.resolve(model, catalog.d_max_m())?;
+        check_raster(design, model.d_box_m, &settings)?;
+    }
+    Ok(())
+}
+
+fn check_raster(
+    design: &DesignSurface,
+    margin_m: f32,
+    settings: &Settings,
+) -> Result<(), PlanError> {
+    let [low, high] = design.extent();
+    let along = |axis: usize| high[axis] - low[axis] + 2.0 * f64::from(margin_m);
+    let cells_along = |axis: usize| (along(axis) / f64::from(settings.cell_m)).max(1.0) as u64;
+    let cells = cells_along(0).saturating_mul(cells_along(1));
+    let limit = (f64::from(settings.memory_gb) * 1e9 / BYTES_A_CELL) as u64;
+    if cells > limit {
+        return Err(PlanError::TooManyCells {
+            cells,
+            cell_m: settings.cell_m,
+            width_m: high[0] - low[0],
+            height_m: high[1] - low[1],
+            limit,
+            memory_gb: settings.memory_gb,
+        });
+    }
+    Ok(())
 }
 
 /// The block named in the configuration, else the most frequent of the pile, else the first.

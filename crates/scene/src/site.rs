@@ -1,6 +1,7 @@
 //! What `site.toml` says, before its files are read.
 
 use crate::design::DesignError;
+use crate::name::{NameError, check_name};
 use crate::{AxisOrder, DesignSurface, LengthUnit, PointMark, SensorKind, SlopingPlane};
 use geom::DVec3;
 use serde::{Deserialize, Serialize};
@@ -232,6 +233,9 @@ pub enum SiteError {
     /// Two designs.
     #[error("give either [design] or [design_file], not both")]
     TwoDesigns,
+    /// A name no file or page can hold.
+    #[error(transparent)]
+    Name(#[from] NameError),
     /// The design itself.
     #[error(transparent)]
     Design(#[from] DesignError),
@@ -251,6 +255,9 @@ impl SiteSpec {
     /// Everything that the types cannot check, in the order of the file.
     pub fn problems(&self) -> Vec<SiteError> {
         let mut out = Vec::new();
+        if let Err(e) = check_name("the site's `name`", &self.name) {
+            out.push(e.into());
+        }
         match self.crs.as_str() {
             "" => out.push(SiteError::NoCrs),
             "none" => {}

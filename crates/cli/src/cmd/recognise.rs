@@ -172,7 +172,8 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<(), Exit> 
     for file in args.clouds.iter().chain(std::iter::once(&args.catalog)).chain(&args.review) {
         manifest.add_input(file.file_name().map_or(file.as_path(), |n| n.as_ref()), file)?;
     }
-    manifest.seal(run.root())?;
+    let written = io::manifest::files_below(run.root())?;
+    manifest.seal(run.root(), written.iter().map(|name| name.as_path()))?;
     terminal.emit("recognised", summary.clone());
     say(&summary, terminal);
     terminal.say(format!("results: {}", args.out.display()));

@@ -141,7 +141,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<(), Exit> {
 
     io::atomic::write_bytes(&run.config(), toml::to_string(&config)?.as_bytes())?;
     manifest.check_inputs(&site.folder).or_bad_input()?;
-    manifest.seal(run.root())?;
+    let written = io::manifest::files_below(run.root())?;
+    manifest.seal(run.root(), written.iter().map(|name| name.as_path()))?;
     clock.lap("manifest");
     outputs::write_json(&run.timing(), &clock.json())?;
     kept.finish()?;

@@ -59,7 +59,15 @@ impl Groups {
     }
 
     /// Letters of a height; `align` 0 left, 1 middle, 2 right.
-    pub fn text(&mut self, layer: &str, at: DVec3, high_m: f64, turn_rad: f64, align: u8, text: &str) {
+    pub fn text(
+        &mut self,
+        layer: &str,
+        at: DVec3,
+        high_m: f64,
+        turn_rad: f64,
+        align: u8,
+        text: &str,
+    ) {
         self.pair(0, "TEXT");
         self.pair(8, layer);
         self.point(10, at);

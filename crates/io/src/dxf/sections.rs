@@ -1,9 +1,9 @@
 //! Cross-sections laid out below the plan, true to scale, with levels, offsets and their station.
 
+use super::groups::Groups;
 use crate::details::{Details, station};
 use crate::drawing::{Drawing, SectionLine};
-use super::groups::Groups;
-use crate::landxml_writer::offset_m;
+use crate::landxml::offset_m;
 use geom::DVec3;
 
 const LAYER: &str = "SECTIONS_LAID_OUT";
@@ -26,9 +26,8 @@ pub(crate) fn laid_out(
             drawing.sections.iter().filter(|s| s.chainage_m == chainage).collect();
         let flat: Vec<Vec<[f64; 2]>> = flattened(&lines, details);
         let all = || flat.iter().flatten();
-        let range = |k: usize| {
-            all().fold([f64::MAX, f64::MIN], |[l, h], p| [l.min(p[k]), h.max(p[k])])
-        };
+        let range =
+            |k: usize| all().fold([f64::MAX, f64::MIN], |[l, h], p| [l.min(p[k]), h.max(p[k])]);
         let ([o0, o1], [z0, z1]) = (range(0), range(1));
         if o1 < o0 {
             continue;
@@ -38,11 +37,13 @@ pub(crate) fn laid_out(
             (x, top) = (low.x, deepest - gap);
         }
         let levels = [z0.floor(), z1.ceil()];
-        let place = |o: f64, z: f64| DVec3::new(x + letter_m * 5.0 + o - o0, top - letter_m * 3.0 - (levels[1] - z), 0.0);
+        let place = |o: f64, z: f64| {
+            DVec3::new(x + letter_m * 5.0 + o - o0, top - letter_m * 3.0 - (levels[1] - z), 0.0)
+        };
         frame(out, &place, [o0, o1], levels, letter_m);
         for (line, points) in lines.iter().zip(&flat) {
             let points: Vec<DVec3> = points.iter().map(|p| place(p[0], p[1])).collect();
-            out.polyline(&crate::dxf_writer::section_layer(&line.surface), &points, false);
+            out.polyline(&super::write::section_layer(&line.surface), &points, false);
         }
         let at = place((o0 + o1) / 2.0, levels[1]) + DVec3::Y * letter_m;
         out.text(LAYER, at, letter_m * 1.2, 0.0, 1, &station(chainage));
@@ -87,7 +88,14 @@ fn frame(
     for k in (o0 / wide).ceil() as i64..=(o1 / wide).floor() as i64 {
         let o = k as f64 * wide;
         out.line(LAYER, place(o, z0), place(o, z0) - DVec3::Y * letter_m * 0.4);
-        out.text(LAYER, place(o, z0) - DVec3::Y * letter_m * 1.3, letter_m * 0.6, 0.0, 1, &format!("{o:.1}"));
+        out.text(
+            LAYER,
+            place(o, z0) - DVec3::Y * letter_m * 1.3,
+            letter_m * 0.6,
+            0.0,
+            1,
+            &format!("{o:.1}"),
+        );
     }
     // Where the alignment passes.
     if o0 < 0.0 && o1 > 0.0 {

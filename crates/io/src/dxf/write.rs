@@ -6,11 +6,11 @@
 //! An INSERT turns its block about the extrusion direction only, so that a general rotation is written as that
 //! direction plus an angle, by the format's arbitrary-axis rule.
 
-use crate::details::{Details, station};
-use crate::drawing::{Drawing, Source, Unit};
 use super::arbitrary_axes;
 use super::groups::Groups;
 use super::sections;
+use crate::details::{Details, station};
+use crate::drawing::{Drawing, Source, Unit};
 use crate::{IoError, atomic};
 use geom::{DQuat, DVec3};
 use std::path::Path;
@@ -123,7 +123,16 @@ fn tables(out: &mut Groups, drawing: &Drawing) {
     out.table("STYLE", 1);
     out.pair(0, "STYLE");
     out.pair(2, "STANDARD");
-    for (code, value) in [(70, "0"), (40, "0.0"), (41, "1.0"), (50, "0.0"), (71, "0"), (42, "0.2"), (3, "txt"), (4, "")] {
+    for (code, value) in [
+        (70, "0"),
+        (40, "0.0"),
+        (41, "1.0"),
+        (50, "0.0"),
+        (71, "0"),
+        (42, "0.2"),
+        (3, "txt"),
+        (4, ""),
+    ] {
         out.pair(code, value);
     }
     out.pair(0, "ENDTAB");
@@ -297,15 +306,30 @@ fn works(out: &mut Groups, details: &Details, letter_m: f64) {
         out.line("ALIGNMENT", p - tick, p + tick);
         if long || details.stations(20.0).len() < 4 {
             let turn = upright(along[1].atan2(along[0]));
-            out.text("ALIGNMENT", p + across * letter_m * 2.6, letter_m, turn, 1, &station(chainage));
+            out.text(
+                "ALIGNMENT",
+                p + across * letter_m * 2.6,
+                letter_m,
+                turn,
+                1,
+                &station(chainage),
+            );
         }
     }
     for u in &details.unfilled {
         let [[x, y], h] = [u.centre, [u.half_m, u.half_m]];
         let ring = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-        let points: Vec<DVec3> = ring.iter().map(|s| DVec3::new(x + s[0] * h[0], y + s[1] * h[1], 0.0)).collect();
+        let points: Vec<DVec3> =
+            ring.iter().map(|s| DVec3::new(x + s[0] * h[0], y + s[1] * h[1], 0.0)).collect();
         out.polyline("UNFILLED", &points, true);
-        out.text("UNFILLED", DVec3::new(x, y - letter_m * 0.3, 0.0), letter_m * 0.6, 0.0, 1, &u.reason);
+        out.text(
+            "UNFILLED",
+            DVec3::new(x, y - letter_m * 0.3, 0.0),
+            letter_m * 0.6,
+            0.0,
+            1,
+            &u.reason,
+        );
     }
 }
 
@@ -342,7 +366,14 @@ fn title(
     let top = high.y + size * 2.0 * (lines.len() as f64 + 1.0);
     for (i, text) in lines.iter().filter(|l| !l.is_empty()).enumerate() {
         let height = if i == 0 { size * 1.4 } else { size * 0.8 };
-        out.text("TITLE", DVec3::new(low.x, top - size * 2.0 * i as f64, 0.0), height, 0.0, 0, text);
+        out.text(
+            "TITLE",
+            DVec3::new(low.x, top - size * 2.0 * i as f64, 0.0),
+            height,
+            0.0,
+            0,
+            text,
+        );
     }
     let foot = DVec3::new(high.x - size, high.y + size * 2.0, 0.0);
     let tip = foot + DVec3::Y * size * 5.0;

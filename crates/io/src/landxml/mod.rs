@@ -7,5 +7,5 @@ mod write;
 
 pub use alignment::read_alignment;
 pub use surface::{LandXmlSurface, read, read_surface};
-pub(crate) use write::escaped;
 pub use write::{Surface, text, write, write_with};
+pub(crate) use write::{escaped, offset_m};

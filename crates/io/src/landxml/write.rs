@@ -131,7 +131,12 @@ fn alignments(project: &str, sections: &[SectionLine], details: &Details) -> Str
         out += "<CrossSects>";
         for chainage in chainages {
             let own = sections.iter().filter(|s| s.chainage_m == chainage);
-            let _ = write!(out, "<CrossSect sta=\"{}\" name=\"{}\">", short(chainage, 4), station(chainage));
+            let _ = write!(
+                out,
+                "<CrossSect sta=\"{}\" name=\"{}\">",
+                short(chainage, 4),
+                station(chainage)
+            );
             for s in own {
                 let _ = write!(out, "<CrossSectSurf name=\"{}\"><PntList2D>", escaped(&s.surface));
                 for p in &s.points {
@@ -150,7 +155,8 @@ fn alignments(project: &str, sections: &[SectionLine], details: &Details) -> Str
 /// Distance of a place from the nearest piece of a line, positive on its right.
 pub(crate) fn offset_m(line: &[[f64; 2]], p: [f64; 2]) -> f64 {
     let piece = |w: &[[f64; 2]]| {
-        let ([dx, dy], [px, py]) = ([w[1][0] - w[0][0], w[1][1] - w[0][1]], [p[0] - w[0][0], p[1] - w[0][1]]);
+        let ([dx, dy], [px, py]) =
+            ([w[1][0] - w[0][0], w[1][1] - w[0][1]], [p[0] - w[0][0], p[1] - w[0][1]]);
         let long = dx.hypot(dy).max(1e-12);
         let along = (px * dx + py * dy) / long;
         let across = (py * dx - px * dy) / long;

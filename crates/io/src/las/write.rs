@@ -60,7 +60,8 @@ pub fn write_cloud_with(
             return Err(IoError::malformed(path, Place::File, what));
         }
     }
-    let grid = Grid::of(cloud, columns).map_err(|what| IoError::malformed(path, Place::File, what))?;
+    let grid =
+        Grid::of(cloud, columns).map_err(|what| IoError::malformed(path, Place::File, what))?;
     let compressed = crate::mesh::extension(path) == "laz";
     let dimensions: Vec<(&str, u8, &str)> = [
         (cloud.instance.is_some(), ("instance", 5, "block number, 0 = none")),

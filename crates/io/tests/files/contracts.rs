@@ -116,17 +116,18 @@ fn a_pose_goes_to_site_coordinates_and_back() {
 fn verify_names_what_changed() {
     let (run, site) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let (run, site) = (run.path(), site.path());
+    let written = ["a.csv", "sub/b.csv", "c.csv"].map(Path::new);
     for name in ["a.csv", "sub/b.csv", "c.csv"] {
         io::atomic::write_bytes(&run.join(name), name.as_bytes()).unwrap();
     }
     fs::write(site.join("site.toml"), "x").unwrap();
     let mut manifest = Manifest::new("0.1.0", 7, serde_json::json!({"plan": {"rounds": 20}}));
     manifest.add_input(Path::new("site.toml"), &site.join("site.toml")).unwrap();
-    manifest.seal(run).unwrap();
+    manifest.seal(run, written).unwrap();
     let first = fs::read(run.join(manifest::FILE)).unwrap();
     assert_eq!(manifest::verify(run, Some(site)).unwrap(), []);
     assert_eq!(Manifest::load(run).unwrap(), manifest);
-    manifest.seal(run).unwrap();
+    manifest.seal(run, written).unwrap();
     assert_eq!(
         fs::read(run.join(manifest::FILE)).unwrap(),
         first,
@@ -147,11 +148,59 @@ fn verify_names_what_changed() {
     assert_eq!(differences, expected);
 }
 
+/// Files that lay in the folder before the run once became its outputs, with hashes, and names like `.tsumu-x` and empty
+/// folders were never told.
+#[test]
+fn a_manifest_vouches_for_what_the_run_wrote_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path();
+    fs::create_dir_all(run.join("exports")).unwrap();
+    fs::write(run.join("exports/theirs.tif"), "x").unwrap();
+    fs::write(run.join("own.csv"), "x").unwrap();
+    let mut manifest = Manifest::new("0.1.0", 7, serde_json::Value::Null);
+    manifest.seal(run, [Path::new("own.csv")]).unwrap();
+    assert_eq!(manifest.outputs.keys().collect::<Vec<_>>(), ["own.csv"]);
+    fs::write(run.join(".tsumu-hidden"), "x").unwrap();
+    fs::create_dir(run.join("empty")).unwrap();
+    let unlisted = [".tsumu-hidden", "empty", "exports/theirs.tif"]
+        .map(|name| Difference::Unlisted(run.join(name)));
+    assert_eq!(manifest::verify(run, None).unwrap(), unlisted);
+}
+
+#[test]
+fn a_manifest_of_another_layout_is_not_believed() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path();
+    Manifest::new("0.1.0", 7, serde_json::Value::Null).seal(run, []).unwrap();
+    let path = run.join(manifest::FILE);
+    let text = fs::read_to_string(&path).unwrap().replace("\"format\": 1", "\"format\": 99");
+    fs::write(&path, text).unwrap();
+    let message = manifest::verify(run, None).unwrap_err().to_string();
+    assert!(message.contains("99") && message.contains("reads 1"), "{message}");
+    Manifest::invalidate(run).unwrap();
+    Manifest::invalidate(run).unwrap();
+    let message = Manifest::load(run).unwrap_err().to_string();
+    assert!(message.contains("not finished"), "{message}");
+}
+
+/// A pipe in the place of a survey was once waited for, for ever.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("survey.laz");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let message = io::Input::open(&pipe).err().unwrap().to_string();
+    assert!(message.contains("survey.laz") && message.contains("pipe"), "{message}");
+    assert!(manifest::entry(&pipe).is_err());
+    assert!(io::read_bytes(&pipe, 10).is_err());
+}
+
 #[test]
 fn a_manifest_that_names_files_elsewhere_is_refused() {
     let run = tempfile::tempdir().unwrap();
     let mut manifest = Manifest::new("0.1.0", 7, serde_json::Value::Null);
-    manifest.seal(run.path()).unwrap();
+    manifest.seal(run.path(), []).unwrap();
     let text = fs::read_to_string(run.path().join(manifest::FILE)).unwrap();
     let hostile = text
         .replace("\"outputs\": {}", "\"outputs\": {\"../x\": {\"bytes\": 0, \"blake3\": \"\"}}");

@@ -36,6 +36,15 @@ fn errors_name_what_to_change() {
     assert!(matches!(run(&network), Err(PlanError::NoPlacementModel)));
     let cells = PlanConfig { cell_m: Some(1e-4), ..quick() };
     assert!(matches!(run(&cells), Err(PlanError::TooManyCells { .. })));
+    let asked = |config: &PlanConfig| plan::check_extent(&site.design, &site.catalog, config);
+    assert!(matches!(asked(&cells), Err(PlanError::TooManyCells { .. })));
+    assert_eq!(asked(&quick()), Ok(()));
+    // Four thousand million rounds, and an allocation of 412 GB, were once begun.
+    let rounds = PlanConfig { rounds: u32::MAX, ..quick() };
+    assert!(matches!(run(&rounds), Err(PlanError::TooMuch { key: "rounds", .. })));
+    let search = plan::SearchConfig { attitudes: u32::MAX, ..Default::default() };
+    let attitudes = PlanConfig { search, ..quick() };
+    assert!(matches!(run(&attitudes), Err(PlanError::TooMuch { key: "search.attitudes", .. })));
     for bad in [
         PlanConfig { cell_m: Some(f32::NAN), ..quick() },
         PlanConfig { stride_m: Some(0.0), ..quick() },
