@@ -130,6 +130,11 @@ def density(points):
     return float(np.median(15 / (np.pi * far**2)))
 
 
+def middle_of(rows):
+    """Median of each column over the blocks that have it; not a number where none has."""
+    return [np.median([v for v in column if not np.isnan(v)] or [np.nan]) for column in zip(*rows)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--real")
@@ -152,7 +157,7 @@ def main():
     print("\n| from the rim of a tip, cm | " + " | ".join(f"{100 * a:.0f}–{100 * b:.0f}" for a, b in zip(RIMS, RIMS[1:])) + " |")
     print("|---|" + "---|" * (len(RIMS) - 1))
     for kind, rows in profiles.items():
-        print(f"| {kind}, mm | " + " | ".join(f"{1000 * v:.1f}" for v in np.nanmedian(rows, axis=0)) + " |")
+        print(f"| {kind}, mm | " + " | ".join(f"{1000 * v:.1f}" for v in middle_of(rows)) + " |")
     if args.plot:
         import matplotlib
 
@@ -165,7 +170,7 @@ def main():
             colour = "tab:red" if kind == "real" else "tab:blue"
             for row in rows:
                 axes.plot(middle, [1000 * v for v in row], color=colour, alpha=0.25, lw=1)
-            axes.plot(middle, 1000 * np.nanmedian(rows, axis=0), color=colour, lw=2.5, label=f"{kind}, median of {len(rows)} blocks")
+            axes.plot(middle, [1000 * v for v in middle_of(rows)], color=colour, lw=2.5, label=f"{kind}, median of {len(rows)} blocks")
         axes.axhline(0, color="0.6", lw=0.8)
         axes.set_xlabel("distance from the rim of a leg's tip, cm")
         axes.set_ylabel("survey above the block, mm")
