@@ -404,7 +404,7 @@ impl Work {
             }
             let toward = along / length;
             // The surface must move by `length − gap` along `toward`.
-            system.add(target, held, axes, x, toward, gap - length, worth, 2.0 * width);
+            system.add(target, held, axes, x, toward, length - gap, worth, 2.0 * width);
         }
     }
 }
