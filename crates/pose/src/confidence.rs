@@ -3,7 +3,7 @@
 //! A logistic function of a few features. The features are pure numbers, so that one function serves blocks of all
 //! sizes; half of them compare a block with its neighbours and rivals, the others say how good it is by itself, because a
 //! fault that all blocks of a survey share shows in no comparison. The weights are fitted by the example
-//! `fit_confidence` to piles of several shapes and sensors and to scenes without any of the blocks looked for.
+//! `fit_pose_confidence` to piles of several shapes and sensors and to scenes without any of the blocks looked for.
 
 use std::sync::LazyLock;
 
@@ -81,7 +81,7 @@ pub const NAMES: [&str; TERMS] = [
     "in-a-plane",
 ];
 
-/// Weights as fitted by the example `fit_confidence`; the file says to what.
+/// Weights as fitted by the example `fit_pose_confidence`; the file says to what.
 const FITTED: &str = include_str!("../fitted/confidence.txt");
 /// Other poses explain this much of most well held blocks' points too.
 const RIVAL_FREE: f32 = 0.5;

@@ -116,9 +116,11 @@ mod tests {
 
     #[test]
     fn tetrapods_have_four_legs_and_cubes_none() {
-        for (shape, legs) in
-            [(Shape::Tetrapod { size: 2.0 }, 4), (Shape::Cube { size: 1.6 }, 0), (Shape::Dolos { size: 2.0 }, 4)]
-        {
+        for (shape, legs) in [
+            (Shape::Tetrapod { size: 2.0 }, 4),
+            (Shape::Cube { size: 1.6 }, 0),
+            (Shape::Dolos { size: 2.0 }, 4),
+        ] {
             let catalog = block(shape);
             let templates = templates(&catalog, &PoseConfig::default(), SeedTree::new(1)).unwrap();
             assert_eq!(limbs(&templates[0]).len(), legs, "{shape:?}");
@@ -153,8 +155,7 @@ mod tests {
                 let gone = broken == of && near(of.unwrap()) < 0.45 && hit.is_some();
                 points.push(if gone { Vec3::new(x, y, -0.2) } else { p });
             }
-            let survey =
-                Survey { cloud: PointCloud::from_positions(points), ..Default::default() };
+            let survey = Survey { cloud: PointCloud::from_positions(points), ..Default::default() };
             let measured = Measured::new(&survey, 0.04, template.model.d_max_m, 0.01, None);
             judge_limbs(&block, template, &measured, 0.05).iter().map(|l| l.state).collect()
         };

@@ -17,13 +17,17 @@ use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
 use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
 use crate::verdict::{PileVerdict, is_wrong};
-use crate::{EvidenceConfig, Method, Places, PoseConfig, PoseError, ground, leftovers, thesis};
+use crate::{
+    EvidenceConfig, Method, Places, PoseConfig, PoseError, finish, ground, leftovers, thesis,
+};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, Fit, Guess, InstanceId, Recognised, Segmentation, Survey, Verdict};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const STAGE: &str = "pose";
+/// Blocks at least so sure tell the common size.
+const LIKELY: f32 = 0.3;
 
 /// Recognises the blocks of a survey from its segmentation. The same points and blocks give the same result in whatever
 /// order points, lines, hypotheses and catalogue entries come, and whatever the seed, of which only callers' signatures
@@ -363,11 +367,15 @@ impl Stage<'_> {
         };
         let mut found: Vec<(Recognised, Option<Features>)> =
             blocks.par_iter().enumerate().zip(points).map(state).collect();
-        judge(&mut found, context.size.filter(is_wrong).is_some(), config);
+        judge(&mut found, config);
+        // Of the blocks that are likely to be some: junk has any size.
+        let confidence = |entry: usize| found[entry].0.fit().and_then(|f| f.confidence);
+        let size = context.size_of(|entry| confidence(entry).is_some_and(|c| c >= LIKELY));
+        finish::state(&mut found, size.as_ref().is_some_and(is_wrong), config);
         let mut pile = PileVerdict {
             explained: context.explained_by(|entry| found[entry].0.is_stated()),
             stated: found.iter().filter(|f| f.0.is_stated()).count(),
-            size: context.size,
+            size,
             not_a_block: 0,
             viewpoint: measured.viewpoint,
         };
@@ -377,7 +385,8 @@ impl Stage<'_> {
             judge_limbs(block, template, measured, reach_m(measured, template, config))
         };
         let stated = (0..found.len()).filter(|&entry| found[entry].0.is_stated());
-        let mut limbs: Vec<(usize, Vec<Limb>)> = stated.map(|entry| (entry, limbs_of(entry))).collect();
+        let mut limbs: Vec<(usize, Vec<Limb>)> =
+            stated.map(|entry| (entry, limbs_of(entry))).collect();
         limbs.retain(|(_, limbs)| !limbs.is_empty());
         let (open, closed) = self.not_judged(survey, tasks, candidates, &found, ground);
         let accepted = found.len();

@@ -194,7 +194,9 @@ fn blocks_of_another_size_or_shape_are_not_stated() {
 fn any_order_and_any_seed_give_the_same_blocks() {
     let forward = catalog(&[Shape::Tetrapod { size: 2.0 }, Shape::Cube { size: 1.6 }]);
     let made = pile(&forward, 0.01, 19);
-    let backward = Catalog::new(forward.iter().map(|(_, m)| m.clone()).rev().collect());
+    let mut models: Vec<_> = forward.iter().map(|(_, m)| m.clone()).collect();
+    models.reverse();
+    let backward = Catalog::new(models);
     let segmentation = segments(&made, &forward);
     let n = made.instance.len();
     let mut order: Vec<usize> = (0..n).collect();
