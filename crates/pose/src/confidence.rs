@@ -112,8 +112,8 @@ impl Features {
             self.covered,
             self.hollow.min(0.3),
             self.scale.min(0.1),
-            self.around,
-            self.explained,
+            self.around.min(0.6),
+            self.explained.min(0.3),
             f32::from(u8::from(self.in_a_plane)),
         ]
     }
