@@ -119,7 +119,7 @@ mod tests {
         for (shape, legs) in [
             (Shape::Tetrapod { size: 2.0 }, 4),
             (Shape::Cube { size: 1.6 }, 0),
-            (Shape::Dolos { size: 2.0 }, 4),
+            (Shape::Dolos { size: 2.0 }, 2),
         ] {
             let catalog = block(shape);
             let templates = templates(&catalog, &PoseConfig::default(), SeedTree::new(1)).unwrap();
