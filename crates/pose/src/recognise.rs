@@ -12,7 +12,7 @@ use crate::finish::{Accepted, judge, other_type, refine, statement};
 use crate::ground::{Bed, Ground};
 use crate::levelling::level;
 use crate::limbs::{Limb, judge_limbs};
-use crate::measured::Measured;
+use crate::measured::{Measured, noise_of_m};
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
 use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
@@ -520,7 +520,7 @@ fn measure(
     let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
     let model = smallest.expect("templates are made of a catalogue that is not empty").model;
     let noise_sd_m =
-        config.noise_sd_m.or(scatter_m).unwrap_or_else(|| survey.sensor.noise_sd_m(model.d_max_m));
+        config.noise_sd_m.or(scatter_m).unwrap_or_else(|| noise_of_m(survey, model.d_max_m));
     let cell_m = config.search.working_cell * model.d_max_m;
     let survey_m = survey.cloud.bounds().size().max_element();
     let wrong =
