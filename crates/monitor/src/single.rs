@@ -82,9 +82,8 @@ impl Single<'_> {
     /// Whether the other epoch has points where the block would be solid.
     fn pierced(&self, body: &Body) -> bool {
         let model = self.catalog.get(body.model);
-        let field = self.solids[usize::from(body.model.0)].get_or_init(|| {
-            DistanceField::new(&model.mesh, CELLS, 0.05 * model.d_box_m).ok()
-        });
+        let field = self.solids[usize::from(body.model.0)]
+            .get_or_init(|| DistanceField::new(&model.mesh, CELLS, 0.05 * model.d_box_m).ok());
         let Some(solid) = field else { return false };
         let pose = body.pose(model);
         let depth_m = self.other.near_m + DEPTH_BLOCKS * model.d_box_m;

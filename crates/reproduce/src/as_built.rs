@@ -254,10 +254,8 @@ fn one_trial(bench: &Bench, set: &SiteSet, trial: u64) -> Result<[u32; 4], Repro
     let design = design();
     let first = as_recognised(&made.scene);
     let on = works(&made.survey, &set.catalog, &first, &design);
-    let config = Config {
-        uncertainty: UncertaintyConfig { seeds: SEEDS, ..UncertaintyConfig::default() },
-        ..Config::default()
-    };
+    let mut config = Config::default();
+    config.plan.uncertainty = UncertaintyConfig { seeds: SEEDS, ..UncertaintyConfig::default() };
     let (scene, mut plan) = plan_works(&on, &config, seed, bench.observer)?;
     let range = count_range(&on, &scene, &config, seed, bench.observer)?;
     let planned = plan.placements.len() as u32;
