@@ -30,7 +30,7 @@ packages = {(p["name"], p["version"]): p for p in metadata["packages"]}
 # `cargo tree` knows which optional parts are really built; `cargo metadata` lists all that might be.
 uses = {}
 above = []
-for line in run("cargo", "tree", "--locked", "-p", "tsumu", "-e", "normal,build", "--prefix", "depth").splitlines():
+for line in run("cargo", "tree", "--locked", "-p", "tsumu-cli", "-e", "normal,build", "--prefix", "depth").splitlines():
     depth, name, version = re.match(r"(\d+)(\S+) v(\S+)", line).groups()
     node = (name, version)
     uses.setdefault(node, set())

@@ -137,7 +137,14 @@ impl Set<'_> {
             let mut recognise = command(self.tsumu, ["recognise", &text(&scene.join("cloud.ply"))]);
             // The boat's and the drone's positions are known, as they are in a survey with its trajectory.
             recognise.args(sensor_positions(&scene.join("scene.json"))?);
-            recognise.args(["--catalog", &text(&catalogue_path), "--sensor", self.sensor]);
+            recognise.args([
+                "--catalog",
+                &text(&catalogue_path),
+                "--sensor",
+                self.sensor,
+                "--seed",
+                "1",
+            ]);
             recognise.args(["--out", &text(&results.join(name)), "--quiet"]);
             done(recognise)?;
         }

@@ -1,14 +1,15 @@
 //! The command line.
 
-use crate::{cmd, version};
-use clap::{Args, Parser, Subcommand};
+use crate::cmd;
+use clap::{Parser, Subcommand};
+use terminal::Output;
 
 /// Recognise every block of a pile in a survey and plan how to stack more up to a design surface.
 ///
 /// The usual way is `tsumu run SITE`: it reads SITE/site.toml and leaves a run folder with the recognised
 /// blocks, the stacking plan and report.html. The other commands are its stages, one at a time.
 #[derive(Debug, Parser)]
-#[command(name = "tsumu", version, long_version = version::LONG, propagate_version = true, arg_required_else_help = true)]
+#[command(name = "tsumu", version, long_version = tsumu::version::LONG, propagate_version = true, arg_required_else_help = true)]
 pub struct Options {
     /// How much to say, and to whom
     #[command(flatten)]
@@ -18,33 +19,11 @@ pub struct Options {
     pub command: Command,
 }
 
-/// Flags every command has.
-#[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Output")]
-pub struct Output {
-    /// Say more: which weights, how many hypotheses, why a block was refused (-vv: still more)
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
-    pub verbose: u8,
-    /// Write progress and results as one JSON object a line on standard output, for other programs
-    #[arg(long, global = true)]
-    pub json: bool,
-    /// Say nothing but errors
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
-    pub quiet: bool,
-    /// Threads to use [default: all cores]; results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
-    pub threads: Option<usize>,
-}
-
 /// The stages, in the order data passes them, then what serves them.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Everything for one site: segment, recognise, plan, report
     Run(cmd::run::RunArgs),
-    /// Make synthetic piles with known truth, scanned like a survey
-    Synth(cmd::synth::SynthArgs),
-    /// Train the networks on synthetic piles
-    Train(cmd::train::TrainArgs),
     /// Label every point of a cloud with the block it belongs to
     Segment(cmd::segment::SegmentArgs),
     /// Find pose and type of every block in a cloud
@@ -55,10 +34,10 @@ pub enum Command {
     Report(cmd::report::ReportArgs),
     /// Score a result against a truth, also files made by other programs
     Evaluate(cmd::evaluate::EvaluateArgs),
-    /// Make the method's tables again, on scenes no training has seen
-    Reproduce(cmd::reproduce::ReproduceArgs),
     /// Check that no file of a run folder has changed since it was written
     Verify(cmd::verify::VerifyArgs),
+    /// Make synthetic piles with known truth, scanned like a survey
+    Synth(cmd::synth::SynthArgs),
     /// Print the completion script of a shell
     Completions(cmd::completions::CompletionsArgs),
     /// Write the manual pages

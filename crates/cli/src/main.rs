@@ -1,37 +1,35 @@
-//! `tsumu`: subcommands are the stages of the pipeline, `run` is all of them.
-//!
-//! The words of a command line become `Options` here and nowhere else; the stages see their own configs.
+//! `tsumu`: flags → options → calls of the library → words. Subcommands are the stages of the pipeline, `run` is all of them.
 
 mod args;
 mod cmd;
-mod drawings;
-mod exit;
-mod inputs;
-mod kept;
-mod outputs;
-mod page;
-mod progress;
-mod result_folder;
-mod review;
-mod settings;
-mod version;
-mod weights;
+mod words;
 
+use args::Command;
 use clap::Parser;
 use std::process::ExitCode;
+use terminal::Terminal;
 
-// glibc's allocator returns every tensor to the system: training takes more than twice as long with it.
+// glibc's allocator returns every tensor to the system: inference takes much longer with it.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
     let options = args::Options::parse();
-    let observer = progress::Terminal::new(&options.output);
-    match cmd::dispatch(&options, &observer) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(exit) => {
-            observer.failed(&exit);
-            ExitCode::from(exit.code())
-        }
+    let terminal = Terminal::new(&options.output);
+    terminal::end(&terminal, || dispatch(&options.command, &terminal))
+}
+
+fn dispatch(command: &Command, terminal: &Terminal) -> tsumu::Result<()> {
+    match command {
+        Command::Run(args) => cmd::run::run(args, terminal),
+        Command::Segment(args) => cmd::segment::segment(args, terminal),
+        Command::Recognise(args) => cmd::recognise::recognise(args, terminal),
+        Command::Plan(args) => cmd::plan::plan(args, terminal),
+        Command::Report(args) => cmd::report::report(args, terminal),
+        Command::Evaluate(args) => cmd::evaluate::evaluate(args, terminal),
+        Command::Verify(args) => cmd::verify::verify(args, terminal),
+        Command::Synth(args) => cmd::synth::synth(args, terminal),
+        Command::Completions(args) => cmd::completions::completions::<args::Options>(args),
+        Command::Man(args) => cmd::man::man::<args::Options>(args, terminal),
     }
 }

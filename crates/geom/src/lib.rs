@@ -40,7 +40,7 @@ pub use lattice::{CellRule, Lattice, SurfacePoint};
 pub use mesh::{MeshError, SolidMoments, TriMesh};
 pub use mesh_query::{Hit, MeshQuery, Nearest};
 pub use normals::{normals, smallest_direction};
-pub use observer::{Event, Observer, Silent, Warning};
+pub use observer::{Event, Observer, PartState, Silent, Warning};
 pub use plane::{Plane, find_plane, find_walls};
 pub use point_grid::PointGrid;
 pub use roughness::{RegionScatter, Scatter, scatter};

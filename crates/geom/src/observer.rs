@@ -1,7 +1,8 @@
 //! Progress and warnings as typed events: libraries never print.
 
 /// What a running stage has to say.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(tag = "event", rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Event {
     /// A stage begins; `total` units of work are expected (0: unknown).
@@ -23,9 +24,18 @@ pub enum Event {
         /// The stage's word.
         stage: &'static str,
     },
+    /// A part of a longer job is done.
+    Part {
+        /// Its name.
+        part: &'static str,
+        /// Where it came from and whether it stays.
+        state: PartState,
+    },
     /// Something the user should know; the work goes on.
+    #[serde(rename = "warning")]
     Warned(Warning),
     /// A detail for `-v`.
+    #[serde(rename = "note")]
     Noted {
         /// The stage's word.
         stage: &'static str,
@@ -34,8 +44,20 @@ pub enum Event {
     },
 }
 
+/// What became of a part of a longer job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PartState {
+    /// Done now.
+    Done,
+    /// Done now, and kept from now on in case the job is interrupted.
+    Keeping,
+    /// Taken over from a job that was interrupted.
+    Kept,
+}
+
 /// A partial failure that did not stop the work.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Warning {
     /// The stage's word.
     pub stage: &'static str,

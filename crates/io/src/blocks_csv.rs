@@ -1,6 +1,6 @@
 //! `blocks.csv` and `truth.csv`: one block a line, pose from the mesh file's coordinates (metres) to site coordinates.
 
-use crate::csv_table::{self, SitePose};
+use crate::csv_table::{self, Row, SitePose};
 use crate::input::Input;
 use crate::{IoError, Place, atomic};
 use scene::{Catalog, Fit, InstanceId, PlacedBlock, SiteFrame};
@@ -87,6 +87,34 @@ impl BlockRow {
         }
     }
 
+    /// From the columns of [`COLUMNS`].
+    pub(crate) fn read(row: &Row, c: &[Option<usize>]) -> Result<Self, IoError> {
+        let model = row.text(c[1]).to_string();
+        if model.is_empty() {
+            return Err(row.bad("`model` is empty".into()));
+        }
+        let runner_up = row.text(c[12]);
+        let type_judged = match row.text(c[14]) {
+            "" => None,
+            "yes" => Some(true),
+            "no" => Some(false),
+            other => {
+                return Err(row.bad(format!("`type_judged` = `{other}` is neither yes nor no")));
+            }
+        };
+        Ok(Self {
+            block_id: row.number("block_id", c[0])?,
+            model,
+            pose: SitePose::read(row, &COLUMNS[2..9], &c[2..9])?,
+            occlusion: row.finite_or_empty("occlusion", c[9])?,
+            confidence: row.finite_or_empty("confidence", c[10])?,
+            fitness_m: row.finite_or_empty("fitness_m", c[11])?,
+            runner_up: (!runner_up.is_empty()).then(|| runner_up.to_string()),
+            runner_up_fitness_m: row.finite_or_empty("runner_up_fitness_m", c[13])?,
+            type_judged,
+        })
+    }
+
     pub(crate) fn fields(&self) -> Vec<String> {
         let number = |v: Option<f64>| v.map(|v| v.to_string()).unwrap_or_default();
         let mut fields = vec![self.block_id.to_string(), self.model.clone()];
@@ -137,36 +165,22 @@ pub fn read(path: &Path) -> Result<Vec<BlockRow>, IoError> {
 
 /// The same from an opened file.
 pub fn read_from(input: &mut Input) -> Result<Vec<BlockRow>, IoError> {
-    let rows = csv_table::read(input, &COLUMNS[..NEEDED], &COLUMNS[NEEDED..], |row, c| {
-        let model = row.text(c[1]).to_string();
-        if model.is_empty() {
-            return Err(row.bad("`model` is empty".into()));
-        }
-        let runner_up = row.text(c[12]);
-        let type_judged = match row.text(c[14]) {
-            "" => None,
-            "yes" => Some(true),
-            "no" => Some(false),
-            other => {
-                return Err(row.bad(format!("`type_judged` = `{other}` is neither yes nor no")));
-            }
-        };
-        Ok(BlockRow {
-            block_id: row.number("block_id", c[0])?,
-            model,
-            pose: SitePose::read(row, &COLUMNS[2..9], &c[2..9])?,
-            occlusion: row.finite_or_empty("occlusion", c[9])?,
-            confidence: row.finite_or_empty("confidence", c[10])?,
-            fitness_m: row.finite_or_empty("fitness_m", c[11])?,
-            runner_up: (!runner_up.is_empty()).then(|| runner_up.to_string()),
-            runner_up_fitness_m: row.finite_or_empty("runner_up_fitness_m", c[13])?,
-            type_judged,
-        })
-    })?;
-    let mut ids: Vec<u32> = rows.iter().map(|r| r.block_id).collect();
-    ids.sort_unstable();
-    if let Some(pair) = ids.windows(2).find(|p| p[0] == p[1]) {
-        return Err(input.malformed(Place::File, format!("block_id {} appears twice", pair[0])));
-    }
+    let rows = csv_table::read(input, &COLUMNS[..NEEDED], &COLUMNS[NEEDED..], BlockRow::read)?;
+    check_numbers(input, rows.iter().map(|r| r.block_id))?;
     Ok(rows)
+}
+
+/// Every number stands once.
+pub(crate) fn check_numbers(
+    input: &Input,
+    numbers: impl Iterator<Item = u32>,
+) -> Result<(), IoError> {
+    let mut ids: Vec<u32> = numbers.collect();
+    ids.sort_unstable();
+    match ids.windows(2).find(|p| p[0] == p[1]) {
+        Some(pair) => {
+            Err(input.malformed(Place::File, format!("block_id {} appears twice", pair[0])))
+        }
+        None => Ok(()),
+    }
 }

@@ -5,6 +5,7 @@
 
 pub mod alignment_file;
 pub mod atomic;
+pub mod block_points_csv;
 pub mod blocks_csv;
 pub mod changes_csv;
 pub mod changes_geojson;

@@ -2,6 +2,7 @@
 //! known: `x_m y_m z_m` are where a block's centre may be, all other cells but the number are empty.
 
 use crate::blocks_csv::{BlockRow, COLUMNS};
+use crate::input::Input;
 use crate::{IoError, atomic, csv_table};
 use scene::{Catalog, Guess, Recognised, SiteFrame, Verdict};
 use std::path::Path;
@@ -35,6 +36,14 @@ impl NotJudgedRow {
         }
     }
 
+    /// Number of the block.
+    pub fn block_id(&self) -> u32 {
+        match self {
+            Self::Fit(row) => row.block_id,
+            Self::Place { block_id, .. } => *block_id,
+        }
+    }
+
     fn fields(&self) -> Vec<String> {
         match self {
             Self::Fit(row) => row.fields(),
@@ -56,4 +65,19 @@ pub fn text(rows: &[NotJudgedRow]) -> String {
 /// Writes the file.
 pub fn write(path: &Path, rows: &[NotJudgedRow]) -> Result<(), IoError> {
     atomic::write_bytes(path, text(rows).as_bytes())
+}
+
+/// Reads the file; a line without a type is a place alone.
+pub fn read(path: &Path) -> Result<Vec<NotJudgedRow>, IoError> {
+    let mut input = Input::open(path)?;
+    let rows = csv_table::read(&mut input, &COLUMNS[..5], &COLUMNS[5..], |row, c| {
+        if !row.text(c[1]).is_empty() {
+            return Ok(NotJudgedRow::Fit(BlockRow::read(row, c)?));
+        }
+        let axis = |i: usize| row.finite(COLUMNS[i], c[i]);
+        let position_m = [axis(2)?, axis(3)?, axis(4)?];
+        Ok(NotJudgedRow::Place { block_id: row.number("block_id", c[0])?, position_m })
+    })?;
+    crate::blocks_csv::check_numbers(&input, rows.iter().map(NotJudgedRow::block_id))?;
+    Ok(rows)
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 #[non_exhaustive]
 pub enum WeightsError {
     /// Not a safetensors file, or cut short.
-    #[error("not a weights file: {0}; expected safetensors as `tsumu train` writes it")]
+    #[error("not a weights file: {0}; expected safetensors as `tsumu-lab train` writes it")]
     Format(String),
     /// The tensors are not those of this network.
     #[error("the weights do not fit this network: {0}")]

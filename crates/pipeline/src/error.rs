@@ -4,23 +4,6 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PipelineError {
-    /// The site names no survey.
-    #[error("the site has no [[survey]]: add one with file = \"…\"")]
-    NoSurvey,
-    /// A cloud without points.
-    #[error("{file}: the cloud has no points")]
-    EmptySurvey {
-        /// The file.
-        file: String,
-    },
-    /// A coordinate that is NaN or infinite.
-    #[error("{file}: point {} has a coordinate that is not a number; remove it in the program that wrote the file", point + 1)]
-    NotFinite {
-        /// The file.
-        file: String,
-        /// Index of the point, from 0.
-        point: usize,
-    },
     /// A block larger than the cloud.
     #[error(
         "block `{block}` is {block_m} m large, the whole cloud only {cloud_m} m: is the unit of the mesh (or of the cloud) right?"

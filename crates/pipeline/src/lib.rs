@@ -3,31 +3,22 @@
 //! In: a survey, a catalogue, a design surface. Out: recognised blocks and a plan. No algorithm lives here;
 //! each line is a stage's verb.
 
-mod background;
 mod error;
-pub mod lessons;
-mod placement_lessons;
 mod recogniser;
-pub mod review;
 pub mod survey;
 
-pub use background::{BackgroundConfig, Foreground};
 pub use error::PipelineError;
-pub use lessons::Lessons;
-pub use placement_lessons::PlacementLessons;
 pub use recogniser::{Recogniser, Recognition};
 
 use geom::{Observer, SeedTree};
-use plan::{
-    GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty,
-    UncertaintyConfig,
-};
+use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty};
 use pose::PoseConfig;
 use scene::{Catalog, DesignSurface, Ground, PlacedBlock, Plan, Recognised, Scene, Survey};
-use segment::SegmentConfig;
+use segment::{BackgroundConfig, SegmentConfig};
 use serde::{Deserialize, Serialize};
 
-/// Settings of all stages; `Default` is the method's.
+/// Settings of all stages; `Default` is the method's. The tables of `site.toml`, a settings file and a run's `config.toml` are
+/// these.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
@@ -38,11 +29,9 @@ pub struct Config {
     /// Settings of pose estimation.
     pub pose: PoseConfig,
     /// How the bed is estimated where nobody states it.
-    pub ground: GroundConfig,
+    pub bed: GroundConfig,
     /// Settings of planning.
     pub plan: PlanConfig,
-    /// How the range of the count is found.
-    pub uncertainty: UncertaintyConfig,
 }
 
 /// What the works are planned on.
@@ -96,7 +85,7 @@ pub fn count_range(
     Ok(plan::uncertainty(
         &input(works, scene),
         &config.plan,
-        &config.uncertainty,
+        &config.plan.uncertainty,
         seed.child("plan", 0),
         observer,
     )?)
@@ -148,8 +137,8 @@ pub fn ground_of(works: &Works, config: &Config, observer: &dyn Observer) -> Gro
     let (cloud, blocks, catalog) = (&works.survey.cloud, works.blocks, works.catalog);
     let stated = works.ground.clone();
     let bed = stated
-        .unwrap_or_else(|| plan::estimate_ground(cloud, blocks, catalog, &config.ground, observer));
-    plan::with_obstacles(bed, cloud, blocks, catalog, &config.ground, observer)
+        .unwrap_or_else(|| plan::estimate_ground(cloud, blocks, catalog, &config.bed, observer));
+    plan::with_obstacles(bed, cloud, blocks, catalog, &config.bed, observer)
 }
 
 /// The accepted blocks as a pile.

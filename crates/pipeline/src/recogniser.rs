@@ -3,10 +3,10 @@
 //! In: a survey. Out: which point belongs to which block, and the blocks. The bin goes, points are segmented, segments
 //! become blocks; indices and labels that leave this room are those of the whole survey.
 
-use crate::{Config, Foreground, PipelineError, survey};
+use crate::{Config, PipelineError, survey};
 use geom::{Observer, SeedTree, Silent};
 use scene::{Catalog, Recognised, Segmentation, Survey};
-use segment::SegmentModel;
+use segment::{Foreground, SegmentModel};
 use serde::{Deserialize, Serialize};
 
 /// What recognition works with, the same for all its parts.
@@ -54,18 +54,22 @@ impl Recogniser<'_> {
     ) -> Result<Recognition, PipelineError> {
         let foreground = self.foreground(survey, &Silent);
         let (part, seed) = (&foreground.survey, self.seed.child("pose", 0));
-        let blocks =
+        let mut blocks =
             pose::recognise(part, &segments, self.catalog, &self.config.pose, seed, self.observer)?;
-        Ok(foreground.whole(segments, blocks))
+        blocks.iter_mut().for_each(|b| foreground.whole_points(&mut b.points));
+        Ok(Recognition { segmentation: foreground.whole_segmentation(segments), blocks })
     }
 
     /// The first room alone: which point belongs to which block.
     pub fn segments(&self, survey: &Survey) -> Result<Segmentation, PipelineError> {
         let (foreground, segments) = self.segmented(survey)?;
-        Ok(foreground.whole(segments, Vec::new()).segmentation)
+        Ok(foreground.whole_segmentation(segments))
     }
 
-    fn segmented(&self, survey: &Survey) -> Result<(Foreground, Segmentation), PipelineError> {
+    fn segmented<'s>(
+        &self,
+        survey: &'s Survey,
+    ) -> Result<(Foreground<'s>, Segmentation), PipelineError> {
         survey::check_scale(survey, self.catalog)?;
         let foreground = self.foreground(survey, self.observer);
         let (cloud, seed) = (&foreground.survey.cloud, self.seed.child("segment", 0));
@@ -81,7 +85,7 @@ impl Recogniser<'_> {
     }
 
     /// The part of a survey that can hold blocks.
-    fn foreground(&self, survey: &Survey, observer: &dyn Observer) -> Foreground {
+    fn foreground<'s>(&self, survey: &'s Survey, observer: &dyn Observer) -> Foreground<'s> {
         Foreground::of(
             survey,
             self.catalog,

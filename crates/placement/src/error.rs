@@ -15,7 +15,7 @@ pub enum PlacementError {
     Plan(#[from] plan::PlanError),
     /// A model file of another kind of network.
     #[error(
-        "the model file holds a `{found}` network; a placement network comes from `tsumu train placement`"
+        "the model file holds a `{found}` network; a placement network comes from `tsumu-lab train placement`"
     )]
     Architecture {
         /// What the file says.

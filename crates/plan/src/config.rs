@@ -4,7 +4,7 @@
 //! (× d_box / 2 m; volumes with the cube), so that a 2 m block gets the method's figures and a 4 m block or a 5 cm
 //! part gets sensible ones. [`PlanConfig`] is what a user writes, [`Settings`] what the planner uses.
 
-use crate::{CraneConfig, PlanError};
+use crate::{CraneConfig, PlanError, UncertaintyConfig};
 use scene::BlockModel;
 use serde::{Deserialize, Serialize};
 use sim::PhysicsConfig;
@@ -98,6 +98,8 @@ pub struct PlanConfig {
     pub crane: Option<CraneConfig>,
     /// Physics settings.
     pub physics: PhysicsConfig,
+    /// How the range of the count is found.
+    pub uncertainty: UncertaintyConfig,
 }
 
 impl PlanConfig {
@@ -201,6 +203,7 @@ impl Default for PlanConfig {
                 rest_time_s: 0.25,
                 ..PhysicsConfig::default()
             },
+            uncertainty: UncertaintyConfig::default(),
         }
     }
 }

@@ -347,7 +347,7 @@ fn degraded(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentatio
     }
 }
 
-/// Appends the features of every block, as `tsumu reproduce pose-confidence` writes them.
+/// Appends the features of every block, as `tsumu-lab reproduce pose-confidence` writes them.
 fn signs_of(
     file: &std::ffi::OsStr,
     set: &str,

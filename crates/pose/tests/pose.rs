@@ -5,8 +5,8 @@ use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
 use pose::{Method, Places, PoseConfig, PoseError, recognise, recognise_pile};
 use proptest::prelude::*;
 use scene::{
-    BlockSpec, Catalog, CatalogSpec, CentreHypothesis, PosedModel, Recognised, Segmentation,
-    SensorKind, Shape, Survey,
+    BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Fit, Guess, PosedModel, Recognised,
+    Segmentation, SensorKind, Shape, Survey, Verdict,
 };
 use synth::{Recipe, SynthScene};
 
@@ -257,6 +257,31 @@ fn sizes_six_per_cent_apart_are_told_apart() {
     assert_eq!(score.types_right + score.types_open, score.counts.true_positives, "{score:?}");
     assert!(score.types_open <= 2, "{score:?}");
     assert!(scene::stated(&found).all(|(_, fit)| fit.runner_up.is_some()));
+}
+
+/// Two entries of a catalogue swapped once gave other blocks.
+#[test]
+fn the_order_of_the_catalogue_decides_nothing() {
+    let (a, b) = (Shape::Tetrapod { size: 2.0 }, Shape::Cube { size: 1.3 });
+    let (there, back) = (catalog(&[a, b]), catalog(&[b, a]));
+    let made = pile(&there, 0.03, 21);
+    // Without segments every place is one that the stage finds by itself.
+    for segmentation in [segments(&made, &there), nothing_known(made.instance.len())] {
+        let found = run(&made, &segmentation, &there, &PoseConfig::default());
+        let mut swapped = run(&made, &segmentation, &back, &PoseConfig::default());
+        let swap = |fit: &mut Fit| {
+            fit.model.0 = 1 - fit.model.0;
+            fit.runner_up.iter_mut().for_each(|(m, _)| m.0 = 1 - m.0);
+        };
+        for block in &mut swapped {
+            match &mut block.verdict {
+                Verdict::Stated(fit) | Verdict::NotJudged(Guess::Fit(fit)) => swap(fit),
+                Verdict::NotJudged(Guess::Place(_)) => {}
+            }
+        }
+        assert!(found.len() >= 4, "{} blocks", found.len());
+        assert_eq!(found, swapped);
+    }
 }
 
 /// Of a mixed pile of which the catalogue knew one type, the blocks of the others were once stated as that type.

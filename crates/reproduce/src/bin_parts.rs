@@ -2,12 +2,11 @@
 
 use crate::{Bench, ReproduceError};
 use geom::{SeedTree, Vec3};
-use pipeline::Lessons;
-use pipeline::lessons::Blocks;
 use scene::{BlockModel, Catalog};
 use segment::Split;
 use segment::tile::{LabelledScene, ThinScene};
 use synth::{Recipe, SynthScene};
+use teach::{Blocks, Lessons};
 
 /// Name of a part, its recipe, the thesis' name of the part it stands for and its figures there (Table 2.2, FPCC).
 const PARTS: [(&str, &str, &str, [f32; 2]); 5] = [

@@ -8,7 +8,6 @@ use crate::placement_network::RECIPE;
 use crate::planning_site::mean_and_spread;
 use crate::{Bench, Experiment, ReproduceError, Table};
 use geom::SeedTree;
-use pipeline::PlacementLessons;
 use placement::{GoodPose, PlacementModel, Split, offsets, turns_rad};
 use plan::{
     GenerateConfig, NetworkConfig, PlanConfig, PlanInput, Policy, Proposer, RandomConfig,
@@ -16,6 +15,7 @@ use plan::{
 };
 use scene::{BlockModel, Catalog, Shape, SiteFrame};
 use synth::Recipe;
+use teach::PlacementLessons;
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "placement-ambiguity",

@@ -3,10 +3,10 @@
 
 use crate::{Bench, Experiment, ReproduceError, Table};
 use geom::SeedTree;
-use pipeline::PlacementLessons;
 use placement::{RotationCode, SampleConfig, TrainConfig, train};
 use scene::{BlockModel, Catalog, Shape};
 use synth::Recipe;
+use teach::PlacementLessons;
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "placement-network",

@@ -5,10 +5,9 @@ use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets};
 use geom::SeedTree;
-use pipeline::Lessons;
-use pipeline::lessons::Blocks;
 use segment::loss::{LossConfig, PairDistance, PairLossConfig};
 use segment::{Clustering, SegmentConfig, Split, TrainConfig, segment, train};
+use teach::{Blocks, Lessons};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "segmentation-loss",

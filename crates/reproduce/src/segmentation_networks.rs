@@ -8,10 +8,9 @@ use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
 use geom::SeedTree;
-use pipeline::Lessons;
-use pipeline::lessons::Blocks;
 use segment::sparse_votes::SparseVotesConfig;
 use segment::{NetworkConfig, SegmentConfig, SegmentModel, Split, TrainConfig, segment, train};
+use teach::{Blocks, Lessons};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "segmentation-networks",

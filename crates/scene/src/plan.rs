@@ -2,7 +2,7 @@
 
 use crate::ModelId;
 use geom::Pose;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// What became of a planned block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -71,6 +71,13 @@ pub struct Plan {
     pub summary: PlanSummary,
 }
 
+/// JSON has no NaN: a figure of nothing, say the porosity of a layer of no blocks, is written as null.
+fn nan_if_null<'de, D: Deserializer<'de>, T: Deserialize<'de> + From<f32>>(
+    from: D,
+) -> Result<T, D::Error> {
+    Ok(Option::<T>::deserialize(from)?.unwrap_or_else(|| T::from(f32::NAN)))
+}
+
 /// Figures of a plan. Distances are between the planned surface and the design surface, positive below it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanSummary {
@@ -79,24 +86,33 @@ pub struct PlanSummary {
     /// Blocks kept.
     pub blocks: u32,
     /// Void below the design before planning, m³.
+    #[serde(deserialize_with = "nan_if_null")]
     pub void_before_m3: f32,
     /// The same after.
+    #[serde(deserialize_with = "nan_if_null")]
     pub void_after_m3: f32,
     /// Mean |distance| to the design after planning, m.
+    #[serde(deserialize_with = "nan_if_null")]
     pub mean_distance_m: f32,
     /// Largest |distance|, m.
+    #[serde(deserialize_with = "nan_if_null")]
     pub max_distance_m: f32,
     /// Blocks standing above the design by more than the overflow threshold.
     pub protruding: u32,
     /// Concrete, m³.
+    #[serde(deserialize_with = "nan_if_null")]
     pub concrete_m3: f32,
     /// Mass, kg.
+    #[serde(deserialize_with = "nan_if_null")]
     pub mass_kg: f64,
     /// Area of the works in plan, m².
+    #[serde(deserialize_with = "nan_if_null")]
     pub area_m2: f32,
     /// 1 − concrete / volume between the surface before and after: pores of the new layer, in [0, 1].
+    #[serde(deserialize_with = "nan_if_null")]
     pub porosity: f32,
     /// The same with the concrete measured by raster columns through the posed meshes, overlaps counted once: a check.
+    #[serde(deserialize_with = "nan_if_null")]
     pub porosity_rasterised: f32,
     /// Blocks tried and removed because they stood too high.
     pub overflowed: u32,

@@ -47,12 +47,18 @@ pub struct SiteSpec {
     /// What the blocks lie on, where the surveys do not show it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground: Option<GroundSpec>,
+    /// Settings of what goes before the network that differ from the method's.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub background: toml::Table,
     /// Settings of the segmentation that differ from the method's.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub segment: toml::Table,
     /// Settings of the pose stage that differ from the method's.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub pose: toml::Table,
+    /// Settings of the bed's estimate that differ from the method's; what the bed *is* stands in `ground`.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub bed: toml::Table,
     /// Settings of the planner that differ from the method's.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub plan: toml::Table,
@@ -242,6 +248,17 @@ pub enum SiteError {
 }
 
 impl SiteSpec {
+    /// The tables that are settings, by name.
+    pub fn settings(&self) -> [(&'static str, &toml::Table); 5] {
+        [
+            ("background", &self.background),
+            ("segment", &self.segment),
+            ("pose", &self.pose),
+            ("bed", &self.bed),
+            ("plan", &self.plan),
+        ]
+    }
+
     /// Whether coordinates are projected ones.
     pub fn has_crs(&self) -> bool {
         self.crs != "none"

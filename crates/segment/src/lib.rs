@@ -1,6 +1,7 @@
 //! From a cloud to instances and centre hypotheses.
 
 mod all_scales;
+mod background;
 pub mod calibration;
 mod embedding_clusters;
 pub mod error;
@@ -23,6 +24,7 @@ pub mod train_table;
 mod vote_instances;
 mod vote_peaks;
 
+pub use background::{BackgroundConfig, Foreground};
 pub use calibration::Confidence;
 pub use error::SegmentError;
 pub use model::{ModelDescription, SegmentModel};

@@ -98,7 +98,7 @@ pub fn segment(
         observer.event(Event::Warned(Warning {
             stage: "segment",
             message: format!(
-                "the weights `{}` were not trained on the shape of {}; expect misses, or train with `tsumu train segment`",
+                "the weights `{}` were not trained on the shape of {}; expect misses, or train with `tsumu-lab train segment`",
                 model.description.name,
                 unseen_types.join(", ")
             ),

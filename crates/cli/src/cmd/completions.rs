@@ -1,8 +1,9 @@
 //! `tsumu completions`: the shell's completion script.
 
-use crate::{args::Options, exit::Exit};
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
+use std::io::Write;
+use tsumu::{Error, Result};
 
 /// For example: tsumu completions bash > ~/.local/share/bash-completion/completions/tsumu
 #[derive(Debug, Args)]
@@ -11,11 +12,9 @@ pub struct CompletionsArgs {
     pub shell: Shell,
 }
 
-/// Prints the script.
-pub fn completions(args: &CompletionsArgs) -> Result<(), Exit> {
+/// Prints the script for the command line `C`.
+pub fn completions<C: CommandFactory>(args: &CompletionsArgs) -> Result<()> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Options::command(), "tsumu", &mut script);
-    use std::io::Write;
-    std::io::stdout().write_all(&script)?;
-    Ok(())
+    clap_complete::generate(args.shell, &mut C::command(), "tsumu", &mut script);
+    std::io::stdout().write_all(&script).map_err(Error::failed)
 }

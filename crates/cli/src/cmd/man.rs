@@ -1,9 +1,10 @@
 //! `tsumu man`: a manual page for the program and one for each subcommand.
 
-use crate::{args::Options, exit::Exit, progress::Terminal};
 use anyhow::Context;
 use clap::{Args, CommandFactory};
 use std::path::PathBuf;
+use terminal::Terminal;
+use tsumu::Result;
 
 /// Writes tsumu.1, tsumu-run.1, … into a folder.
 #[derive(Debug, Args)]
@@ -13,10 +14,10 @@ pub struct ManArgs {
     pub out: PathBuf,
 }
 
-/// Writes the pages.
-pub fn man(args: &ManArgs, terminal: &Terminal) -> Result<(), Exit> {
+/// Writes the pages of the command line `C`.
+pub fn man<C: CommandFactory>(args: &ManArgs, terminal: &Terminal) -> Result<()> {
     std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    clap_mangen::generate_to(Options::command(), &args.out)
+    clap_mangen::generate_to(C::command(), &args.out)
         .with_context(|| args.out.display().to_string())?;
     terminal.say(format!("manual pages: {}", args.out.display()));
     Ok(())

@@ -1,19 +1,17 @@
 //! `tsumu segment`: the block of every point.
 
-use crate::cmd::recognise::{Chosen, Measured};
-use crate::exit::{Exit, OrBadInput};
-use crate::progress::Terminal;
-use crate::{inputs, outputs, weights};
-use anyhow::anyhow;
+use crate::cmd::chosen::Chosen;
+use crate::cmd::measured::Measured;
 use clap::Args;
-use geom::SeedTree;
-use pipeline::Recogniser;
 use serde_json::json;
 use std::path::PathBuf;
+use terminal::Terminal;
+use tsumu::{Result, Site};
 
 /// Label every point of a cloud with the block it belongs to.
 ///
 /// Every point of CLOUD comes back, in its order, with `instance` (0 = no block) and `confidence`.
+/// Beside the labelled cloud FILE lie FILE.manifest.json and FILE.config.toml.
 #[derive(Debug, Args)]
 pub struct SegmentArgs {
     /// The cloud: LAS, LAZ, PLY or another format of the guide
@@ -34,43 +32,24 @@ pub struct SegmentArgs {
 }
 
 /// Segments and writes.
-pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<(), Exit> {
-    let extension =
-        args.out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if !["ply", "laz", "las"].contains(&extension.as_str()) {
-        return Err(Exit::bad_input(anyhow!(
-            "--out {}: end it in .ply, .laz or .las",
-            args.out.display()
-        )));
-    }
-    let config = args.chosen.settings()?;
-    let catalog = inputs::catalog(&args.catalog, terminal)?;
-    let files = std::slice::from_ref(&args.cloud);
-    let survey = args.measured.survey(files, terminal)?;
-    let weights = weights::choose(args.chosen.model.as_deref(), &catalog, terminal)?;
-    let seed = SeedTree::new(args.chosen.seed);
-    let recogniser = Recogniser {
-        catalog: &catalog,
-        model: &weights.model,
-        config: &config,
-        seed,
-        observer: terminal,
-    };
-    let segmentation = recogniser.segments(&survey).or_bad_input()?;
-    io::points::write(&args.out, &outputs::labelled_cloud(&survey, &segmentation))?;
-    let labelled = segmentation.instance.iter().filter(|&&i| i > 0).count();
+pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<()> {
+    let job = terminal.job()?;
+    tsumu::check_labelled(&args.out)?;
+    let clouds = args.measured.clouds(std::slice::from_ref(&args.cloud));
+    let site = Site::of_clouds(&clouds, &args.catalog, None, &args.chosen.settings(), &job)?;
+    let (found, weights) = site.segment(&args.chosen.options(), &job)?;
+    site.write_labelled(&args.out, &found, &weights)?;
+    let (points, labelled) = (found.instance.len(), found.labelled());
     terminal.emit(
         "segmented",
-        json!({ "points": survey.cloud.len(), "labelled_points": labelled, "instances": segmentation.instances,
-                "centre_hypotheses": segmentation.hypotheses.len(), "weights": weights.origin }),
+        &json!({ "points": points, "labelled_points": labelled, "instances": found.instances,
+                 "centre_hypotheses": found.centre_hypotheses, "weights": weights.line }),
     );
     terminal.say(format!(
-        "{} instances ({} centre hypotheses); {labelled} of {} points belong to one",
-        segmentation.instances,
-        segmentation.hypotheses.len(),
-        survey.cloud.len()
+        "{} instances ({} centre hypotheses); {labelled} of {points} points belong to one",
+        found.instances, found.centre_hypotheses
     ));
-    terminal.say(format!("weights: {}", weights.origin));
+    terminal.say(format!("weights: {}", weights.line));
     terminal.say(format!("labelled cloud: {}", args.out.display()));
     Ok(())
 }

@@ -1,11 +1,10 @@
 //! `tsumu verify`: is every file of a run as it was written?
 
-use crate::exit::{Exit, OrBadInput};
-use crate::progress::Terminal;
 use anyhow::anyhow;
 use clap::Args;
-use serde_json::json;
 use std::path::PathBuf;
+use terminal::Terminal;
+use tsumu::{Error, Result, Run};
 
 /// Check that no file of a run folder has changed since it was written.
 ///
@@ -21,18 +20,16 @@ pub struct VerifyArgs {
 }
 
 /// Exit status 1 when anything differs.
-pub fn verify(args: &VerifyArgs, terminal: &Terminal) -> Result<(), Exit> {
-    let differences = io::manifest::verify(&args.run, args.site.as_deref()).or_bad_input()?;
-    for difference in &differences {
-        terminal.say(difference.to_string());
-    }
-    terminal
-        .emit("verified", json!(differences.iter().map(ToString::to_string).collect::<Vec<_>>()));
+pub fn verify(args: &VerifyArgs, terminal: &Terminal) -> Result<()> {
+    let found = Run::verify(&args.run, args.site.as_deref())?;
+    let differences: Vec<String> = found.iter().map(ToString::to_string).collect();
+    differences.iter().for_each(|difference| terminal.say(difference));
+    terminal.emit("verified", &differences);
     if differences.is_empty() {
         terminal.say("every file is as it was written");
         return Ok(());
     }
-    Err(Exit::failed(anyhow!(
+    Err(Error::failed(anyhow!(
         "{}: {} files differ from the manifest",
         args.run.display(),
         differences.len()

@@ -54,8 +54,17 @@ fn crs_missing() {
 }
 
 #[test]
-fn no_design() {
-    refused(site_with(SITE.split("[design]").next().unwrap()).path(), &["site.toml", "[design]"]);
+fn no_design_to_plan_to() {
+    let folder = site_with(SITE.split("[design]").next().unwrap());
+    let site = folder.path().to_string_lossy().into_owned();
+    // An inventory is a result; a plan is not.
+    let ran = crate::site::ok(&["run", &site]);
+    assert!(ran.out.contains("inventory"), "{}", ran.out);
+    let out = folder.path().join("plan").to_string_lossy().into_owned();
+    let ran = tsumu(&["plan", &site, "--out", &out]);
+    assert_eq!(ran.code, 2, "{}", ran.err);
+    assert!(ran.err.contains("site.toml") && ran.err.contains("[design]"), "{}", ran.err);
+    assert!(!Path::new(&out).exists());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The built program as a user runs it.
 
+mod api;
 mod architecture;
 mod bad_input;
 mod dataset;

@@ -66,10 +66,19 @@ fn a_site_runs_to_a_plan_and_twice_to_the_same_bytes() {
         "--out",
         &text(&again),
     ]);
-    assert!(again.join("plan/placements.csv").is_file());
+    // What made a result lies beside it, whichever command left it.
+    for name in ["plan/placements.csv", "config.toml", "manifest.json"] {
+        assert!(again.join(name).is_file(), "{name} is missing");
+    }
+    ok(&["verify", &text(&again), "--site", &text(site.path())]);
+    assert!(std::fs::read_to_string(again.join("config.toml")).unwrap().contains("\"random\""));
     let page = runs.path().join("page.html");
     ok(&["report", &text(&one), "--site", &text(site.path()), "--out", &text(&page)]);
     let html = std::fs::read_to_string(&page).unwrap();
+    assert!(
+        html == std::fs::read_to_string(one.join("report.html")).unwrap(),
+        "not the run's own page"
+    );
     assert!(html.contains("Tiny &lt;site&gt; &amp; test"), "the title is not escaped");
     assert!(
         !html.contains("http://") && !html.contains("https://"),
@@ -92,6 +101,15 @@ fn every_point_comes_back_labelled() {
     let bytes = std::fs::read(&out).unwrap();
     let header = String::from_utf8_lossy(&bytes[..600.min(bytes.len())]).into_owned();
     assert!(header.contains("instance"), "{header}");
+    let beside = |ending: &str| std::fs::read_to_string(format!("{out}{ending}")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&beside(".manifest.json")).unwrap();
+    let stated = &manifest["outputs"]["labelled.ply"];
+    assert_eq!(stated["bytes"].as_u64(), Some(bytes.len() as u64));
+    assert!(manifest["inputs"]["survey.laz"]["blake3"].is_string(), "{manifest:#}");
+    // A run and a loose cloud start from the same seed.
+    assert_eq!(manifest["seed"], 0);
+    let config = beside(".config.toml");
+    assert!(config.contains("[segment]") && config.contains("[background]"), "{config}");
     let truth = tsumu(&[
         "segment",
         &survey,
@@ -101,6 +119,33 @@ fn every_point_comes_back_labelled() {
         &text(&folder.path().join("labelled.txt")),
     ]);
     assert_eq!(truth.code, 2, "{}", truth.err);
+}
+
+/// The FAQ's remedy for parts on no bin was once refused in site.toml.
+#[test]
+fn the_faqs_settings_are_accepted() {
+    let faq =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/guide/faq.md"));
+    let faq = faq.unwrap();
+    let examples: Vec<&str> =
+        faq.split("```toml").skip(1).map(|e| e.split("```").next().unwrap()).collect();
+    assert!(examples.iter().any(|e| e.contains("bin = false")), "{examples:?}");
+    for example in examples {
+        let site = copy();
+        let file = site.path().join("site.toml");
+        let own = std::fs::read_to_string(&file).unwrap();
+        std::fs::write(&file, format!("{own}\n{example}")).unwrap();
+        ok(&["run", &text(site.path()), "--plans", "0"]);
+        // The settings a run leaves repeat it.
+        let config = std::fs::read_to_string(site.path().join("run/config.toml")).unwrap();
+        let (again, plain) = (site.path().join("again"), site.path().join("config.toml"));
+        std::fs::write(&plain, &config).unwrap();
+        std::fs::write(&file, own).unwrap();
+        ok(&["run", &text(site.path()), "--config", &text(&plain), "--out", &text(&again)]);
+        assert_eq!(std::fs::read_to_string(again.join("config.toml")).unwrap(), config);
+        let read = |run: &Path| std::fs::read(run.join("recognise/blocks.csv")).unwrap();
+        assert!(read(&again) == read(&site.path().join("run")));
+    }
 }
 
 #[test]

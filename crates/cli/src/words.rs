@@ -1,0 +1,121 @@
+//! Results in words, for people.
+
+use terminal::Terminal;
+use tsumu::{CountRange, PlannedSummary, RecogniseSummary, Recognition, Scores};
+
+fn percent(value: Option<f64>) -> String {
+    value.map_or("–".to_string(), |v| format!("{:.1} %", v * 100.0))
+}
+
+fn millimetres(value: Option<f64>, digits: usize) -> String {
+    value.map_or("–".to_string(), |v| format!("{:.digits$} mm", v * 1000.0))
+}
+
+/// What a review did.
+pub fn review(found: &Recognition, terminal: &Terminal) {
+    found.review.iter().for_each(|review| terminal.say(review.line()));
+}
+
+/// The figures of recognition.
+pub fn recognised(summary: &RecogniseSummary, terminal: &Terminal) {
+    terminal.say(format!(
+        "{} blocks recognised, {} not judged, in {} points",
+        summary.recognised_blocks, summary.not_judged_blocks, summary.points
+    ));
+    if summary.types_not_judged > 0 {
+        terminal.say(format!(
+            "{} of them have a pose, but their type is not judged: `type_judged` = no in blocks.csv",
+            summary.types_not_judged
+        ));
+    }
+    terminal.say(format!(
+        "fitting error {}, matching rate {} (within {:.1} mm of a block)",
+        millimetres(summary.fitting_error_m, 2),
+        percent(summary.matching_rate),
+        summary.fitting_threshold_m * 1000.0
+    ));
+}
+
+/// The figures of a plan.
+pub fn planned(summary: &PlannedSummary, terminal: &Terminal) {
+    let p = &summary.plan;
+    terminal.say(format!(
+        "{} blocks to add in {} rounds: {:.1} m³ of concrete, {:.1} t",
+        p.blocks,
+        p.rounds,
+        p.concrete_m3,
+        p.mass_kg / 1000.0
+    ));
+    summary.count_range.iter().for_each(|range| count_range(range, terminal));
+    if p.blocks > 0 {
+        terminal.say(format!(
+            "new layer: porosity {:.3} by volumes, {:.3} by raster; {} protruding blocks",
+            p.porosity, p.porosity_rasterised, p.protruding
+        ));
+    }
+    terminal.say(format!(
+        "drops removed: {} overflowing, {} unsettled, {} unstable, {} outside",
+        p.overflowed, p.unsettled, p.unstable, p.outside
+    ));
+    terminal.say(format!(
+        "void below the design {:.1} m³ before, {:.1} m³ after; mean distance to the design {:.2} m",
+        p.void_before_m3, p.void_after_m3, p.mean_distance_m
+    ));
+}
+
+fn count_range(range: &CountRange, terminal: &Terminal) {
+    let over = if range.varied() { "over seeds, v and f" } else { "over seeds" };
+    terminal.say(format!(
+        "{over}: {:.0} to {:.0} blocks, median {:.0} (P10 to P90 of {} plans)",
+        range.p10, range.p90, range.p50, range.plans
+    ));
+    for t in range.by_thresholds.iter().filter(|_| range.varied()) {
+        terminal.say(format!(
+            "  v = {} m³, f = {} m: {:.0} to {:.0} blocks, median {:.0}, mean distance {:.2} m",
+            t.minimum_volume_m3, t.overflow_m, t.p10, t.p90, t.p50, t.mean_distance_m
+        ));
+    }
+    terminal.say(format!(
+        "to hold against it: {:.0} by N = φ·A·V^(−2/3), {:.0} by void·(1 − P)/V of the handbook, {:.0} with the plan's own porosity",
+        range.by_layers, range.by_volume, range.by_own_porosity
+    ));
+}
+
+/// What became of the earlier plan.
+pub fn against_earlier(plan: &scene::Plan, previous: &scene::Plan, terminal: &Terminal) {
+    let (kept, all) = (tsumu::kept_of(previous, plan), previous.placements.len());
+    terminal.say(format!(
+        "earlier plan of {all} blocks: {kept} still to place as it says, {} built or given up; {} blocks planned anew",
+        all - kept,
+        plan.placements.len() - kept
+    ));
+}
+
+/// The scores as a table.
+pub fn scores(s: &Scores, terminal: &Terminal) {
+    let count = |v: Option<usize>| v.map_or("–".to_string(), |v| v.to_string());
+    let degrees = |v: Option<f64>| v.map_or("–".to_string(), |v| format!("{v:.2}°"));
+    let rows = [
+        ("scenes", s.scenes.to_string()),
+        ("true blocks", format!("{} ({} scored)", s.true_blocks, s.true_blocks_asked_for)),
+        ("recognised blocks", s.recognised_blocks.to_string()),
+        ("pose precision", percent(s.pose_precision)),
+        ("pose recall", percent(s.pose_recall)),
+        ("mean displacement E_d", millimetres(s.mean_displacement_m, 1)),
+        ("E_d about the survey's own shift", millimetres(s.mean_displacement_about_shift_m, 1)),
+        ("mean rotation error E_R", degrees(s.mean_rotation_deg)),
+        ("type right, where judged", percent(s.type_accuracy)),
+        ("type not judged", s.types_not_judged.to_string()),
+        ("instance precision, IoU ≥ .5", percent(s.instance_precision)),
+        ("instance recall, IoU ≥ .5", percent(s.instance_recall)),
+        ("points of blocks, precision", percent(s.block_point_precision)),
+        ("points of blocks, recall", percent(s.block_point_recall)),
+        ("true points without a partner", count(s.unmatched_true_points)),
+        ("result's points without one", count(s.unmatched_result_points)),
+        ("fitting error E_f", millimetres(s.fitting_error_m, 1)),
+        ("matching rate R", percent(s.matching_rate)),
+    ];
+    for (name, value) in rows {
+        terminal.say(format!("{name:<34}{value:>20}"));
+    }
+}

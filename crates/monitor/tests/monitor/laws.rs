@@ -1,0 +1,224 @@
+//! What must hold of every comparison, whatever the pile.
+
+use crate::pile::{STEP_M, catalog, moved, pile, seen, survey, tetrapods};
+use geom::{Pose, Quat, Silent, Vec3};
+use monitor::{Change, Class, CompareConfig, Comparison, Epoch, SeenBlock, StableGround, compare};
+use proptest::prelude::*;
+use scene::{Catalog, ModelId, Shape, SiteFrame, Survey};
+
+fn run(a: &Epoch, b: &Epoch, catalog: &Catalog) -> Comparison {
+    compare(a, b, catalog, &StableGround::default(), &CompareConfig::default(), &Silent).unwrap()
+}
+
+fn of(found: &Comparison, earlier: u32) -> &Change {
+    found.changes.iter().find(|c| c.earlier_id == Some(earlier)).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// The same survey twice: nothing happened, and nothing is any distance away.
+    #[test]
+    fn the_same_survey_twice_is_unchanged(seed in 0_u64..1000) {
+        let catalog = tetrapods();
+        let poses = pile(&catalog, 25, seed);
+        let survey = survey(&catalog, &poses, poses.len(), seed);
+        let epoch = Epoch { survey: &survey, blocks: seen(&catalog, &poses, seed) };
+        let found = run(&epoch, &epoch, &catalog);
+        prop_assert_eq!(found.changes.len(), 25);
+        for c in &found.changes {
+            prop_assert_eq!(c.class, Class::Unchanged);
+            prop_assert!(c.distance_m < 1e-5 && c.turn_rad < 1e-5, "{} {}", c.distance_m, c.turn_rad);
+            prop_assert_eq!(c.earlier_id, c.later_id);
+        }
+    }
+
+    /// Two surveys of a pile that did not change: no block is said to have moved; swapping them mirrors every shift.
+    #[test]
+    fn swapping_the_epochs_mirrors(seed in 0_u64..1000, step in prop::array::uniform3(-0.05_f32..0.05)) {
+        let catalog = tetrapods();
+        let poses = pile(&catalog, 30, seed);
+        let mut after = poses.clone();
+        after[3] = moved(&catalog, &poses[3], Vec3::new(0.3, 0.1, 0.0), Quat::from_rotation_z(0.2));
+        after[7] = moved(&catalog, &poses[7], Vec3::NEG_Z * 0.2, Quat::IDENTITY);
+        let step = Vec3::from_array(step);
+        let later: Vec<Pose> = after.iter().map(|p| Pose::from_parts(p.translation + step, p.rotation)).collect();
+        let (s1, s2) = (survey(&catalog, &poses, poses.len(), seed), survey(&catalog, &later, later.len(), seed + 1));
+        let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, seed) };
+        let b = Epoch { survey: &s2, blocks: seen(&catalog, &later, seed + 1) };
+        let (there, back) = (run(&a, &b, &catalog), run(&b, &a, &catalog));
+        let shift = there.reference.motion.shift().as_vec3();
+        // The survey's step comes out, and none of it is taken for movement.
+        prop_assert!((shift + step).length() < 0.006, "{} {}", shift, step);
+        let mut borderline = Vec::new();
+        for c in &there.changes {
+            let mirror = back.changes.iter().find(|m| m.later_id == c.earlier_id).unwrap();
+            for i in 0..3 {
+                prop_assert!((c.shift_m[i] + mirror.shift_m[i]).abs() < 1e-3, "{:?} {:?}", c.shift_m, mirror.shift_m);
+            }
+            prop_assert!((c.turn_rad - mirror.turn_rad).abs() < 1e-4);
+            // What sank has risen in the mirror, which is a movement like any other.
+            let word = |c: Class| if c == Class::Sunk { Class::Moved } else { c };
+            if word(c.class) != word(mirror.class) {
+                borderline.push((c.clone(), mirror.class));
+            }
+        }
+        prop_assert!(borderline.len() <= 1, "{:#?}", borderline);
+        prop_assert_eq!(of(&there, 4).class, Class::Moved);
+        prop_assert_eq!(of(&there, 8).class, Class::Sunk);
+        let others = there.changes.iter().filter(|c| ![Some(4), Some(8)].contains(&c.earlier_id));
+        let false_alarms = others.filter(|c| c.class != Class::Unchanged).count();
+        prop_assert!(false_alarms <= 1, "{}", false_alarms);
+    }
+
+    /// The order in which blocks come changes nothing.
+    #[test]
+    fn the_order_of_the_blocks_does_not_matter(seed in 0_u64..1000) {
+        let catalog = catalog(Shape::Dolos { size: 2.0 });
+        let poses = pile(&catalog, 20, seed);
+        let (s1, s2) = (survey(&catalog, &poses, poses.len(), seed), survey(&catalog, &poses, poses.len(), seed + 1));
+        let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, seed) };
+        let b = Epoch { survey: &s2, blocks: seen(&catalog, &poses, seed + 1) };
+        let mut c = b.clone();
+        c.blocks.reverse();
+        let (one, other) = (run(&a, &b, &catalog), run(&a, &c, &catalog));
+        for change in &one.changes {
+            let same = of(&other, change.earlier_id.unwrap());
+            prop_assert_eq!(same.later_id, change.later_id);
+            prop_assert_eq!(same.class, change.class);
+            prop_assert!((same.distance_m - change.distance_m).abs() < 1e-6);
+        }
+    }
+}
+
+/// Taken away, come, and turned on itself: cubes, tetrapods, dolosse alike.
+#[test]
+fn blocks_go_and_come_whatever_their_shape() {
+    let shapes = [
+        Shape::Cube { size: 1.5 },
+        Shape::Tetrapod { size: 2.0 },
+        Shape::Dolos { size: 2.0 },
+        Shape::Antifer { size: 1.5 },
+    ];
+    for (k, shape) in shapes.into_iter().enumerate() {
+        let catalog = catalog(shape);
+        let seed = 50 + k as u64;
+        let poses = pile(&catalog, 30, seed);
+        let mut after = poses.clone();
+        after.remove(12);
+        let (s1, s2) = (
+            survey(&catalog, &poses, poses.len(), seed),
+            survey(&catalog, &after, poses.len(), seed + 1),
+        );
+        let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, seed) };
+        let b = Epoch { survey: &s2, blocks: seen(&catalog, &after, seed + 1) };
+        let gone = run(&a, &b, &catalog);
+        assert_eq!(of(&gone, 13).class, Class::Missing, "{shape:?}: {}", of(&gone, 13).note);
+        assert_eq!(gone.count(Class::Missing), 1, "{shape:?}");
+        let come = run(&b, &a, &catalog);
+        assert_eq!(come.count(Class::New), 1, "{shape:?}");
+    }
+}
+
+/// A survey that does not reach a block says nothing of it.
+#[test]
+fn what_is_not_surveyed_is_hidden_not_missing() {
+    let catalog = tetrapods();
+    let poses = pile(&catalog, 36, 5);
+    let (s1, mut s2) =
+        (survey(&catalog, &poses, poses.len(), 5), survey(&catalog, &poses, poses.len(), 6));
+    let edge = 4.2 * STEP_M;
+    s2.cloud.position_m.retain(|p| p.x < edge);
+    let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, 5) };
+    let mut blocks = seen(&catalog, &poses, 6);
+    blocks.retain(|b| b.site_from_block.translation.x < edge - 1.2);
+    let b = Epoch { survey: &s2, blocks };
+    let found = run(&a, &b, &catalog);
+    assert_eq!(found.count(Class::Missing), 0);
+    assert!(found.count(Class::Hidden) >= 6, "{}", found.count(Class::Hidden));
+}
+
+/// Site coordinates decide, not the origins that each run chose for its local frame.
+#[test]
+fn other_local_origins_change_nothing() {
+    let catalog = tetrapods();
+    let poses = pile(&catalog, 16, 9);
+    let s1 = survey(&catalog, &poses, poses.len(), 9);
+    let mut s2 = s1.clone();
+    let offset = Vec3::new(20.0, -10.0, 5.0);
+    s2.cloud.position_m.iter_mut().for_each(|p| *p -= offset);
+    s2.frame = SiteFrame { origin: offset.as_dvec3().to_array(), ..SiteFrame::default() };
+    let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, 9) };
+    let mut blocks = a.blocks.clone();
+    blocks.iter_mut().for_each(|b| b.site_from_block.translation -= offset);
+    let found = run(&a, &Epoch { survey: &s2, blocks }, &catalog);
+    assert!(found.changes.iter().all(|c| c.class == Class::Unchanged && c.distance_m < 1e-4));
+}
+
+/// Bad pairs of epochs are named.
+#[test]
+fn epochs_that_cannot_be_compared_are_refused() {
+    let catalog = tetrapods();
+    let poses = pile(&catalog, 12, 3);
+    let good = survey(&catalog, &poses, poses.len(), 3);
+    let blocks = seen(&catalog, &poses, 3);
+    let a = Epoch { survey: &good, blocks: blocks.clone() };
+    let refused = |survey: &Survey, blocks: Vec<SeenBlock>| {
+        let b = Epoch { survey, blocks };
+        compare(&a, &b, &catalog, &StableGround::default(), &CompareConfig::default(), &Silent)
+            .unwrap_err()
+            .to_string()
+    };
+    let mut far = good.clone();
+    far.frame.origin = [500.0, 0.0, 0.0];
+    assert!(refused(&far, blocks.clone()).contains("do not overlap"));
+    let mut other = good.clone();
+    other.frame.crs = "EPSG:6675".into();
+    assert!(refused(&other, blocks.clone()).contains("EPSG:6675"));
+    assert!(refused(&Survey::default(), Vec::new()).contains("no points"));
+    let mut foreign = blocks.clone();
+    foreign[2].model = ModelId(7);
+    assert!(refused(&good, foreign).contains("block 3 is of model 7"));
+    let other_pile = pile(&catalog, 12, 4444);
+    let mut elsewhere = seen(&catalog, &other_pile, 8);
+    for (i, b) in elsewhere.iter_mut().enumerate() {
+        b.site_from_block.translation += Vec3::new(0.37 * i as f32, -0.21 * i as f32, 0.0);
+    }
+    assert!(refused(&good, elsewhere).contains("blocks agree"));
+}
+
+/// A block hidden for one epoch gets its number back; a new one gets a new number.
+#[test]
+fn a_series_keeps_its_numbers() {
+    let catalog = tetrapods();
+    let poses = pile(&catalog, 25, 21);
+    let surveys: Vec<Survey> = (0..3)
+        .map(|k| {
+            let mut s = survey(&catalog, &poses, poses.len(), 21 + k);
+            if k == 1 {
+                // Something covers block 8 in the second epoch.
+                let at = poses[7] * catalog.get(ModelId(0)).centre;
+                s.cloud.position_m.retain(|p| (*p - at).truncate().length() > 1.1);
+                for i in 0..900 {
+                    let (x, y) = ((i % 30) as f32 / 15.0 - 1.0, (i / 30) as f32 / 15.0 - 1.0);
+                    s.cloud.position_m.push(at + Vec3::new(x, y, 1.6));
+                }
+            }
+            s
+        })
+        .collect();
+    let mut blocks: Vec<Vec<SeenBlock>> = (0..3).map(|k| seen(&catalog, &poses, 21 + k)).collect();
+    blocks[1].remove(7);
+    let epochs: Vec<Epoch> =
+        surveys.iter().zip(blocks).map(|(survey, blocks)| Epoch { survey, blocks }).collect();
+    let mut series = monitor::Series::start(&epochs[0], &catalog);
+    let (stable, config) = (StableGround::default(), CompareConfig::default());
+    let second = series.add(&epochs[0], &epochs[1], &catalog, &stable, &config, &Silent).unwrap();
+    assert_eq!(of(&second, 8).class, Class::Hidden, "{}", of(&second, 8).note);
+    let before = series.observations().to_vec();
+    series.add(&epochs[1], &epochs[2], &catalog, &stable, &config, &Silent).unwrap();
+    assert_eq!(series.observations()[..before.len()], before[..]);
+    assert_eq!(series.tracks().len(), 25);
+    let back = series.observations().iter().find(|o| o.epoch == 2 && o.track == 8).unwrap();
+    assert_eq!(back.block, Some(8));
+}

@@ -1,0 +1,10 @@
+//! What the networks learn from: piles of a recipe, scanned and labelled or given a design, made when they are asked for.
+//!
+//! In: a recipe and its blocks, a seed. Out: the scenes that `segment::train` and `placement::train` draw. The shipped program
+//! does not know this room.
+
+mod placement_lessons;
+mod segment_lessons;
+
+pub use placement_lessons::PlacementLessons;
+pub use segment_lessons::{Blocks, Lessons};

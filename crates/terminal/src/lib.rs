@@ -1,0 +1,29 @@
+//! What the programs share at a terminal: flags for output, progress for people and for machines, how a command ends.
+
+mod flags;
+mod terminal;
+
+pub use flags::Output;
+pub use terminal::Terminal;
+
+use std::process::ExitCode;
+use tsumu::{Error, Kind, Result};
+
+/// Runs a command and ends as it does: 0 done, 1 failed or stopped, 2 what the user gave is wrong.
+pub fn end(terminal: &Terminal, command: impl FnOnce() -> Result<()>) -> ExitCode {
+    match command() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let code = code(&error);
+            terminal.failed(&error, code);
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn code(error: &Error) -> u8 {
+    match error.kind() {
+        Kind::BadInput => 2,
+        Kind::Failed | Kind::Stopped => 1,
+    }
+}

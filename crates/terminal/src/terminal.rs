@@ -1,0 +1,201 @@
+//! Progress for people (a bar with the time left, after two seconds) and for machines (`--json`).
+
+use crate::Output;
+use geom::{Event, Observer, PartState};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use serde_json::json;
+use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+use tsumu::{Cancel, Error, Job, Result};
+
+/// Work shorter than this shows no bar.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Hears the stages and tells the terminal, or the program reading standard output.
+pub struct Terminal {
+    verbose: u8,
+    quiet: bool,
+    json: bool,
+    bars: bool,
+    threads: Option<usize>,
+    cancel: Cancel,
+    running: Mutex<Option<Running>>,
+    laps: Mutex<Laps>,
+}
+
+/// Wall time of each part of a job.
+struct Laps {
+    last: Instant,
+    seconds: Vec<(&'static str, f64)>,
+}
+
+struct Running {
+    stage: &'static str,
+    total: u64,
+    since: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl Terminal {
+    /// Installs the Ctrl-C handler: the first press asks the stages to stop, the second ends the program.
+    pub fn new(output: &Output) -> Self {
+        let cancel = Cancel::default();
+        let asked = cancel.clone();
+        // A second handler in one process cannot be: main calls this once.
+        let _ = ctrlc::set_handler(move || {
+            if asked.cancel() {
+                std::process::exit(1);
+            }
+            eprintln!("stopping after the work in hand; press Ctrl-C again to stop at once");
+        });
+        Self {
+            verbose: output.verbose,
+            quiet: output.quiet,
+            json: output.json,
+            bars: !output.json && !output.quiet && std::io::stderr().is_terminal(),
+            threads: output.threads,
+            cancel,
+            running: Mutex::new(None),
+            laps: Mutex::new(Laps { last: Instant::now(), seconds: Vec::new() }),
+        }
+    }
+
+    /// A job that this terminal hears of and that Ctrl-C stops. Error: `--threads 0`.
+    pub fn job(&self) -> Result<Job<'_>> {
+        let job = Job::new(self).cancelled_by(self.cancel.clone());
+        match self.threads {
+            Some(threads) => job.on_threads(threads),
+            None => Ok(job),
+        }
+    }
+
+    /// Wall seconds of the parts done so far, in order, as `timing.json` has them.
+    pub fn timing(&self) -> serde_json::Value {
+        let laps = self.laps.lock().expect("no thread panics with this lock");
+        laps.seconds.iter().map(|(part, s)| (format!("{part}_s"), json!(s))).collect()
+    }
+
+    /// A line of the result, for people; silent with `--json` and `--quiet`.
+    pub fn say(&self, line: impl AsRef<str>) {
+        if !self.json && !self.quiet {
+            print_line(line.as_ref());
+        }
+    }
+
+    /// A result for machines; silent without `--json`.
+    pub fn emit(&self, kind: &str, value: &impl Serialize) {
+        if self.json {
+            // Through text, so that an f32 keeps its own digits.
+            let value = tsumu::json_value(value).unwrap_or_default();
+            print_line(&json!({ "event": kind, "value": value }).to_string());
+        }
+    }
+
+    /// The error that ends the program.
+    pub(crate) fn failed(&self, error: &Error, code: u8) {
+        self.clear();
+        let message = error.line();
+        if self.json {
+            let event = json!({ "event": "failed", "code": code, "message": message });
+            print_line(&event.to_string());
+        }
+        eprintln!("tsumu: {message}");
+    }
+
+    /// A part is done: its wall time, and that it was kept or is kept from now on.
+    fn part(&self, part: &'static str, state: PartState) {
+        let mut laps = self.laps.lock().expect("no thread panics with this lock");
+        let seconds = laps.last.elapsed().as_secs_f64();
+        laps.seconds.push((part, seconds));
+        laps.last = Instant::now();
+        match state {
+            PartState::Done => {}
+            PartState::Keeping => self.emit("keeping", &json!({ "part": part })),
+            PartState::Kept => {
+                self.emit("kept", &json!({ "part": part }));
+                self.say(format!("{part}: kept from the run that was interrupted"));
+            }
+        }
+    }
+
+    fn clear(&self) {
+        if let Some(running) = self.running.lock().expect("no thread panics with this lock").take()
+            && let Some(bar) = running.bar
+        {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn above_bar(&self, line: &str) {
+        match self
+            .running
+            .lock()
+            .expect("no thread panics with this lock")
+            .as_ref()
+            .and_then(|r| r.bar.as_ref())
+        {
+            Some(bar) => bar.suspend(|| eprintln!("{line}")),
+            None => eprintln!("{line}"),
+        }
+    }
+}
+
+impl Observer for Terminal {
+    fn event(&self, event: Event) {
+        if self.json && !matches!(event, Event::Part { .. }) {
+            print_line(&serde_json::to_string(&event).unwrap_or_default());
+        }
+        match event {
+            Event::Started { stage, total } => {
+                self.clear();
+                let running = Running { stage, total, since: Instant::now(), bar: None };
+                *self.running.lock().expect("no thread panics with this lock") = Some(running);
+            }
+            Event::Advanced { stage, done } if self.bars => {
+                let mut guard = self.running.lock().expect("no thread panics with this lock");
+                if let Some(running) = guard.as_mut().filter(|r| r.stage == stage) {
+                    if running.bar.is_none() && running.since.elapsed() > PATIENCE {
+                        running.bar = Some(bar(running.stage, running.total));
+                    }
+                    if let Some(bar) = &running.bar {
+                        bar.set_position(done);
+                    }
+                }
+            }
+            Event::Finished { .. } => self.clear(),
+            Event::Part { part, state } => self.part(part, state),
+            Event::Warned(warning) if !self.quiet && !self.json => {
+                self.above_bar(&format!("warning: {}: {}", warning.stage, warning.message));
+            }
+            Event::Noted { stage, message } if self.verbose > 0 && !self.json => {
+                self.above_bar(&format!("{stage}: {message}"));
+            }
+            _ => {}
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+}
+
+fn bar(stage: &'static str, total: u64) -> ProgressBar {
+    let template = if total > 0 {
+        "{msg:>10} {bar:32} {pos}/{len}  {elapsed} gone, {eta} left"
+    } else {
+        "{msg:>10} {spinner} {pos}  {elapsed} gone"
+    };
+    let style = ProgressStyle::with_template(template).expect("the template is constant");
+    let bar =
+        ProgressBar::with_draw_target((total > 0).then_some(total), ProgressDrawTarget::stderr());
+    bar.set_style(style);
+    bar.set_message(stage);
+    bar
+}
+
+/// A reader that has gone away (`| head`) is no error.
+fn print_line(line: &str) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}

@@ -1,0 +1,115 @@
+//! What goes with every longer call: who hears of it, who may stop it, on how many threads it works.
+
+use crate::{Error, Result};
+use anyhow::{Context, anyhow};
+use geom::{Event, Observer, PartState, Silent, Warning};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// Asks a job to stop, from any thread. Clones are of the same job.
+///
+/// ```
+/// use geom::Observer;
+/// use tsumu::{Cancel, Job};
+/// let stop = Cancel::default();
+/// let job = Job::silent().cancelled_by(stop.clone());
+/// assert!(!job.cancelled());
+/// stop.cancel();
+/// assert!(job.cancelled());
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// Asks to stop after the work in hand; whether it had been asked before.
+    pub fn cancel(&self) -> bool {
+        self.0.swap(true, Ordering::SeqCst)
+    }
+
+    /// Whether somebody asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+}
+
+/// One piece of work: hears the stages, remembers what they warned of, and knows whether it is to stop.
+pub struct Job<'a> {
+    observer: &'a dyn Observer,
+    cancel: Cancel,
+    threads: Option<ThreadPool>,
+    warnings: Mutex<Vec<String>>,
+}
+
+impl Job<'static> {
+    /// Nobody hears.
+    pub fn silent() -> Self {
+        Job::new(&Silent)
+    }
+}
+
+impl<'a> Job<'a> {
+    /// Work on all cores that `observer` hears of.
+    pub fn new(observer: &'a dyn Observer) -> Self {
+        let warnings = Mutex::default();
+        Self { observer, cancel: Cancel::default(), threads: None, warnings }
+    }
+
+    /// The same, stopped by `cancel`.
+    pub fn cancelled_by(self, cancel: Cancel) -> Self {
+        Self { cancel, ..self }
+    }
+
+    /// The same on so many threads; results do not depend on it. Error: none at all.
+    pub fn on_threads(self, threads: usize) -> Result<Self> {
+        if threads == 0 {
+            return Err(Error::bad_input(anyhow!("--threads 0: give at least 1")));
+        }
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        Ok(Self { threads: Some(pool.context("starting threads")?), ..self })
+    }
+
+    /// What was warned of so far, in order, each as `stage: message`.
+    pub fn warnings(&self) -> Vec<String> {
+        self.warnings.lock().expect("no thread panics with this lock").clone()
+    }
+
+    /// Says a warning of an interrupted run again, as [`Self::warnings`] has it.
+    pub(crate) fn warn_again(&self, line: &str) {
+        let (word, message) = line.split_once(": ").unwrap_or(("run", line));
+        let stage = STAGES.into_iter().find(|s| *s == word).unwrap_or("run");
+        self.observer.event(Event::Warned(Warning { stage, message: message.into() }));
+        self.warnings.lock().expect("no thread panics with this lock").push(line.into());
+    }
+
+    /// A part is done.
+    pub(crate) fn done(&self, part: &'static str) {
+        self.event(Event::Part { part, state: PartState::Done });
+    }
+
+    /// Does the work on the job's threads.
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        match &self.threads {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+}
+
+/// Words that stages warn with.
+const STAGES: [&str; 8] =
+    ["read", "catalogue", "segment", "pose", "review", "plan", "uncertainty", "run"];
+
+impl Observer for Job<'_> {
+    fn event(&self, event: Event) {
+        if let Event::Warned(warning) = &event {
+            let line = format!("{}: {}", warning.stage, warning.message);
+            self.warnings.lock().expect("no thread panics with this lock").push(line);
+        }
+        self.observer.event(event);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancel.is_cancelled() || self.observer.cancelled()
+    }
+}

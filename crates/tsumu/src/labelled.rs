@@ -1,0 +1,51 @@
+//! A labelled cloud as one file, with its manifest and settings beside it.
+
+use crate::recognition::Segments;
+use crate::weights::WeightsOrigin;
+use crate::{Error, Result, Site, outputs, version};
+use anyhow::anyhow;
+use io::manifest::{Manifest, entry, portable};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Whether a file's name ends in a format that holds labels.
+pub fn check_labelled(file: &Path) -> Result<()> {
+    let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("ply" | "laz" | "las") => Ok(()),
+        _ => {
+            Err(Error::bad_input(anyhow!("--out {}: end it in .ply, .laz or .las", file.display())))
+        }
+    }
+}
+
+impl Site {
+    /// Writes the survey with the instance of every point, FILE.manifest.json and FILE.config.toml.
+    pub fn write_labelled(
+        &self,
+        file: &Path,
+        segments: &Segments,
+        weights: &WeightsOrigin,
+    ) -> Result<()> {
+        check_labelled(file)?;
+        outputs::write_labelled(file, &self.survey, segments)?;
+        let config = beside(file, ".config.toml");
+        io::atomic::write_bytes(&config, toml::to_string(&self.config)?.as_bytes())?;
+        let mut manifest =
+            Manifest::new(version::STAMP, self.seed, serde_json::to_value(&self.config)?);
+        manifest.inputs = self.inputs.clone();
+        weights.record(&mut manifest);
+        for output in [file, &config] {
+            let name = output.file_name().map_or(output, Path::new);
+            manifest.outputs.insert(portable(name), entry(output)?);
+        }
+        outputs::write_json(&beside(file, ".manifest.json"), &manifest)
+    }
+}
+
+/// `cloud.ply` and `.config.toml`: `cloud.ply.config.toml`.
+fn beside(file: &Path, ending: &str) -> PathBuf {
+    let mut name: OsString = file.as_os_str().into();
+    name.push(ending);
+    name.into()
+}

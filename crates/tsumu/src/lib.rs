@@ -1,0 +1,60 @@
+//! Tsumu looks at a pile and plans the next layer. In: a site folder (surveys, catalogue, design surface). Out: a run folder
+//! (recognised blocks, plan, report, exports). This crate is the only room that knows both; the command line, examples and
+//! other front ends are thin over it. It never prints and never reads a signal: progress goes to the [`Job`]'s observer.
+//!
+//! ```no_run
+//! use tsumu::{Job, RunOptions, Site};
+//! let job = Job::silent();
+//! let site = Site::load("examples/breakwater".as_ref(), &job)?;
+//! let run = tsumu::run(&site, "out".as_ref(), &RunOptions::default(), &job)?;
+//! println!("{}", run.report().display());
+//! # Ok::<(), tsumu::Error>(())
+//! ```
+
+mod catalogue;
+mod dataset;
+mod drawings;
+mod error;
+mod evaluate;
+mod job;
+mod labelled;
+mod local_survey;
+mod outputs;
+mod page;
+mod planning;
+mod recognition;
+mod resume;
+mod review;
+mod review_matching;
+mod run;
+mod run_folder;
+mod settings;
+mod site;
+mod stored;
+mod summary;
+mod surveys;
+mod synthetic_site;
+pub mod version;
+mod weights;
+mod whole_run;
+
+pub use catalogue::{RecipeInputs, read_recipe};
+pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
+pub use error::{Error, Kind, Result};
+pub use evaluate::{Evaluation, Scores, evaluate};
+pub use job::{Cancel, Job};
+pub use labelled::check_labelled;
+pub use outputs::json_value;
+pub use page::Page;
+pub use planning::{PlanOptions, Planned, kept_of};
+pub use recognition::{RecogniseOptions, Recognition, Segments};
+pub use review::{DecisionRecord, ReviewRecord};
+pub use run::{NewRun, Part, Run, folders_of};
+pub use run_folder::RunFolder;
+pub use settings::Settings;
+pub use site::Site;
+pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary};
+pub use surveys::Clouds;
+pub use synthetic_site::{Georeference, SyntheticSite, make_site};
+pub use weights::{WeightsOrigin, load as load_weights};
+pub use whole_run::{RunOptions, WholeRun, run};

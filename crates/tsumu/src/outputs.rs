@@ -1,0 +1,98 @@
+//! What the stages found, as the files of `docs/guide/formats.md`.
+
+use crate::planning::Planned;
+use crate::recognition::{Recognition, Segments};
+use crate::run_folder::RunFolder;
+use crate::summary::RecogniseSummary;
+use crate::{Result, Site};
+use geom::DVec3;
+use io::RawCloud;
+use io::blocks_csv::BlockRow;
+use io::not_judged_csv::NotJudgedRow;
+use io::placements_csv::PlacementRow;
+use scene::{Recognised, Survey};
+use serde::Serialize;
+use std::path::Path;
+
+/// Pretty JSON with sorted keys and a newline at its end, with the fewest digits that say each number: an f32 of 0.1 is
+/// 0.1, not 0.10000000149. Whole or not at all.
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    let mut text = serde_json::to_string_pretty(&json_value(value)?)?;
+    text.push('\n');
+    Ok(io::atomic::write_bytes(path, text.as_bytes())?)
+}
+
+/// A value as JSON with the fewest digits that say it.
+pub fn json_value(value: &impl Serialize) -> Result<serde_json::Value> {
+    Ok(serde_json::from_str(&serde_json::to_string(value)?)?)
+}
+
+/// Site coordinates of a survey's points, with its CRS.
+fn site_cloud(survey: &Survey) -> RawCloud {
+    let position: Vec<DVec3> =
+        survey.cloud.position_m.iter().map(|&p| survey.frame.site_from_local(p)).collect();
+    let crs = Some(survey.frame.crs.clone()).filter(|c| c.starts_with("EPSG:"));
+    let line = (!survey.line.is_empty()).then(|| survey.line.clone());
+    RawCloud { position, line, crs, ..RawCloud::default() }
+}
+
+/// Writes the survey with the instance of every point.
+pub(crate) fn write_labelled(path: &Path, survey: &Survey, segments: &Segments) -> Result<()> {
+    let cloud = RawCloud {
+        instance: Some(segments.instance.clone()),
+        confidence: Some(segments.confidence.clone()),
+        ..site_cloud(survey)
+    };
+    Ok(io::points::write(path, &cloud)?)
+}
+
+/// The survey with the recognised block, its type and confidence for every point.
+fn explained_cloud(survey: &Survey, blocks: &[Recognised]) -> RawCloud {
+    let n = survey.cloud.len();
+    let (mut instance, mut model, mut confidence) = (vec![0; n], vec![0; n], vec![0.0; n]);
+    for (block, fit) in scene::stated(blocks) {
+        for &point in &block.points {
+            let i = point as usize;
+            (instance[i], model[i]) = (block.block.0, fit.model.0 + 1);
+            confidence[i] = fit.confidence.unwrap_or(0.0);
+        }
+    }
+    RawCloud {
+        instance: Some(instance),
+        model: Some(model),
+        confidence: Some(confidence),
+        ..site_cloud(survey)
+    }
+}
+
+/// Writes `segment/` and `recognise/` of a run.
+pub(crate) fn write_recognition(run: &RunFolder, site: &Site, found: &Recognition) -> Result<()> {
+    let (survey, catalog, blocks) = (&site.survey, &site.catalog, &found.blocks);
+    write_labelled(&run.segment_cloud(), survey, &found.segments)?;
+    let stated: Vec<BlockRow> = scene::stated(blocks)
+        .map(|(b, fit)| BlockRow::of_fit(b.block, fit, catalog, &survey.frame))
+        .collect();
+    io::blocks_csv::write_blocks(&run.blocks(), &stated)?;
+    let open: Vec<NotJudgedRow> =
+        blocks.iter().filter_map(|b| NotJudgedRow::of(b, catalog, &survey.frame)).collect();
+    io::not_judged_csv::write(&run.not_judged(), &open)?;
+    let open = blocks.iter().filter(|b| !b.is_stated());
+    let points = open.map(|b| (b.block.0, b.points.as_slice()));
+    io::block_points_csv::write(&run.not_judged_points(), points)?;
+    io::covariance_csv::write(&run.covariance(), blocks)?;
+    io::points::write(&run.recognise_cloud(), &explained_cloud(survey, blocks))?;
+    write_json(&run.recognise_summary(), &RecogniseSummary::of(survey, found, catalog))
+}
+
+/// Writes `plan/` of a run.
+pub(crate) fn write_plan(run: &RunFolder, site: &Site, planned: &Planned) -> Result<()> {
+    let rows: Vec<PlacementRow> = planned
+        .plan
+        .placements
+        .iter()
+        .chain(&planned.plan.removed)
+        .map(|p| PlacementRow::of(p, &site.catalog, &site.survey.frame))
+        .collect();
+    io::placements_csv::write(&run.placements(), &rows)?;
+    write_json(&run.plan_summary(), &planned.summary())
+}

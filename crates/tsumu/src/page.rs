@@ -1,0 +1,312 @@
+//! Puts a run's values into the report. Labels are in both languages of the page.
+
+use crate::drawings::Drawings;
+use crate::planning::Planned;
+use crate::recognition::Recognition;
+use crate::review::ReviewRecord;
+use crate::summary::{CountRange, PlannedSummary, RecogniseSummary};
+use crate::{Result, Site};
+use geom::Warning;
+use io::manifest::Manifest;
+use report::{
+    Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
+    SectionLineKind, Text,
+};
+use scene::{Catalog, Recognised, Review, Survey};
+use std::path::Path;
+
+/// Everything a report is made of.
+pub(crate) struct PageInput<'a> {
+    /// Survey, catalogue, design.
+    pub site: &'a Site,
+    /// Its blocks.
+    pub recognition: &'a Recognition,
+    /// The plan with its surfaces and sections; `None`: an inventory.
+    pub planned: Option<(&'a Planned, &'a Drawings)>,
+    /// The review that the blocks follow.
+    pub review: Option<&'a Review>,
+    /// What identifies the run.
+    pub manifest: Option<&'a Manifest>,
+    /// What was warned of.
+    pub warnings: Vec<String>,
+}
+
+/// A page and the picture for its cover.
+pub struct Page {
+    /// The whole report.
+    pub html: String,
+    /// PNG of the site with its recognised and planned blocks.
+    pub png: Vec<u8>,
+}
+
+impl Page {
+    /// Writes the page, whole or not at all.
+    pub fn write_html(&self, file: &Path) -> Result<()> {
+        Ok(io::atomic::write_bytes(file, self.html.as_bytes())?)
+    }
+}
+
+/// Size of the picture.
+const PICTURE: (usize, usize) = (1400, 800);
+
+/// PNG of a survey and the blocks recognised in it.
+pub(crate) fn picture(
+    survey: &Survey,
+    catalog: &Catalog,
+    blocks: &[Recognised],
+) -> Result<Vec<u8>> {
+    let mut page = ReportInput::new("", survey, catalog);
+    page.recognised = blocks;
+    cover(&page)
+}
+
+fn cover(page: &ReportInput) -> Result<Vec<u8>> {
+    Ok(report::site_picture(page, PICTURE.0, PICTURE.1).on([246, 248, 250]).png()?)
+}
+
+/// The page and its picture.
+pub(crate) fn page(input: &PageInput) -> Result<Page> {
+    let PageInput { site, recognition, .. } = *input;
+    let recognised = RecogniseSummary::of(&site.survey, recognition, &site.catalog);
+    let mut page = ReportInput::new(&site.name, &site.survey, &site.catalog);
+    page.program = format!("tsumu {}", crate::version::STAMP);
+    page.recognised = &recognition.blocks;
+    page.review = input.review;
+    page.histograms = block_histograms(&recognition.blocks);
+    page.assumptions = survey_assumptions(site);
+    page.warnings =
+        input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
+    page.provenance = input.manifest.map(provenance).unwrap_or_default();
+    let Some((planned, drawings)) = input.planned else {
+        page.figures = [found_figures(&recognised), survey_figures(&recognised)].concat();
+        return Ok(Page { html: report::html(&page)?, png: cover(&page)? });
+    };
+    let works = site.works(&recognition.blocks, site.needed_design()?);
+    let distance = pipeline::point_deficits_m(&works, &planned.pile, &planned.plan);
+    let summary = planned.summary();
+    page.plan = Some(&planned.plan);
+    page.point_distance_m = &distance;
+    page.count = Some(count(planned));
+    page.figures =
+        [found_figures(&recognised), plan_figures(&summary), survey_figures(&recognised)].concat();
+    page.assumptions.extend(plan_assumptions(site));
+    page.outlines = pipeline::design_lines(&works)
+        .into_iter()
+        .map(|(closed, points)| Outline { label: Text::new("Design", "計画線"), points, closed })
+        .collect();
+    page.maps = maps(drawings);
+    page.sections = sections(drawings);
+    page.histograms.push(Histogram {
+        label: Text::new(
+            "Distance of the planned surface below the design",
+            "計画後の面と計画面との差",
+        ),
+        unit: "m".into(),
+        values: drawings.deficit_after.z_m.clone(),
+    });
+    Ok(Page { html: report::html(&page)?, png: cover(&page)? })
+}
+
+fn block_histograms(blocks: &[Recognised]) -> Vec<Histogram> {
+    let fits = || scene::stated(blocks).map(|(_, fit)| fit);
+    vec![
+        Histogram {
+            label: Text::new("Fit error of each block", "各ブロックの当てはめ誤差"),
+            unit: "mm".into(),
+            values: fits().filter_map(|fit| Some(fit.fitness_m? * 1000.0)).collect(),
+        },
+        Histogram {
+            label: Text::new("Confidence of each block", "各ブロックの確信度"),
+            unit: "%".into(),
+            values: fits().filter_map(|fit| Some(fit.confidence? * 100.0)).collect(),
+        },
+    ]
+}
+
+fn maps(drawings: &Drawings) -> Vec<MapLayer<'_>> {
+    vec![
+        MapLayer {
+            label: Text::new("Deficit before", "不足高さ(現況)"),
+            unit: "m".into(),
+            values: &drawings.deficit_before,
+        },
+        MapLayer {
+            label: Text::new("Deficit after", "不足高さ(計画後)"),
+            unit: "m".into(),
+            values: &drawings.deficit_after,
+        },
+    ]
+}
+
+/// What identifies a run on its report.
+fn provenance(manifest: &Manifest) -> Vec<(Text, String)> {
+    let weights = manifest.notes.get("weights").and_then(|v| v.as_str()).unwrap_or("–");
+    let mut rows = vec![
+        (Text::new("Program", "プログラム"), format!("tsumu {}", manifest.version)),
+        (Text::new("Seed", "乱数の種"), manifest.seed.to_string()),
+        (Text::new("Network weights", "ネットワークの重み"), weights.to_string()),
+    ];
+    rows.extend(ReviewRecord::of(manifest).map(|r| r.provenance()));
+    for (name, entry) in &manifest.inputs {
+        let label = Text::new(format!("Input {name}"), format!("入力 {name}"));
+        let hash = entry.blake3.get(..16).unwrap_or_default();
+        rows.push((label, format!("{} bytes, BLAKE3 {hash}…", entry.bytes)));
+    }
+    rows
+}
+
+/// The count with the range that other seeds give, when it was computed.
+fn count(planned: &Planned) -> Count {
+    let bound = |v: f32| f64::from(v).round() as u32;
+    let range = planned.range.as_ref();
+    let basis = match range {
+        Some(CountRange { plans, .. }) if range.is_some_and(CountRange::varied) => Text::new(
+            format!(
+                "P10 to P90 of {plans} simulated plans with different seeds, minimum volumes and overflow thresholds"
+            ),
+            format!("乱数の種・最小体積・許容突出量を変えた{plans}回の計画の10～90パーセンタイル"),
+        ),
+        Some(CountRange { plans, .. }) => Text::new(
+            format!("P10 to P90 of {plans} simulated plans with different seeds"),
+            format!("乱数の種を変えた{plans}回の計画の10～90パーセンタイル"),
+        ),
+        None => Text::new(
+            "one simulated plan; another seed gives another count",
+            "一回のシミュレーションの結果。乱数の種を変えると個数も変わる",
+        ),
+    };
+    let p10_p90 = range.map(|r| (bound(r.p10), bound(r.p90)));
+    Count { blocks: planned.plan.placements.len() as u32, p10_p90, basis }
+}
+
+fn fixed(value: Option<f64>, digits: usize, scale: f64) -> String {
+    let finite = value.filter(|v| v.is_finite());
+    finite.map_or("–".to_string(), |v| format!("{:.digits$}", v * scale))
+}
+
+fn found_figures(r: &RecogniseSummary) -> Vec<Figure> {
+    vec![
+        Figure::new(
+            Text::new("Blocks recognised", "認識したブロック"),
+            r.recognised_blocks.to_string(),
+            "",
+        ),
+        Figure::new(
+            Text::new("Not judged", "判定できないもの"),
+            r.not_judged_blocks.to_string(),
+            "",
+        ),
+    ]
+}
+
+fn survey_figures(r: &RecogniseSummary) -> Vec<Figure> {
+    vec![
+        Figure::new(Text::new("Survey points", "測量点数"), r.points.to_string(), ""),
+        Figure::new(
+            Text::new("Fitting error", "当てはめ誤差"),
+            fixed(r.fitting_error_m, 1, 1000.0),
+            "mm",
+        ),
+        Figure::new(Text::new("Matching rate", "一致率"), fixed(r.matching_rate, 1, 100.0), "%"),
+    ]
+}
+
+fn plan_figures(summary: &PlannedSummary) -> Vec<Figure> {
+    let (p, range) = (&summary.plan, summary.count_range.as_ref());
+    let metres = |v: f32, digits| fixed(Some(short(v)), digits, 1.0);
+    let by = |of: fn(&CountRange) -> f32| fixed(range.map(|r| short(of(r))), 0, 1.0);
+    vec![
+        Figure::new(Text::new("Blocks to add", "追加するブロック"), p.blocks.to_string(), ""),
+        Figure::new(Text::new("Concrete to add", "追加コンクリート"), metres(p.concrete_m3, 1), "m³"),
+        Figure::new(Text::new("Mass to add", "追加質量"), fixed(Some(p.mass_kg), 1, 1e-3), "t"),
+        Figure::new(
+            Text::new("Void below the design, before", "不足量(現況)"),
+            metres(p.void_before_m3, 1),
+            "m³",
+        ),
+        Figure::new(
+            Text::new("Void below the design, after", "不足量(計画後)"),
+            metres(p.void_after_m3, 1),
+            "m³",
+        ),
+        Figure::new(
+            Text::new("Mean distance to the design, after", "計画面との平均距離"),
+            metres(p.mean_distance_m, 2),
+            "m",
+        ),
+        Figure::new(
+            Text::new("Largest distance to the design, after", "計画面との最大距離"),
+            metres(p.max_distance_m, 2),
+            "m",
+        ),
+        Figure::new(Text::new("Protruding blocks", "突出ブロック"), p.protruding.to_string(), "").with_note(Text::new(
+            "some part, say a leg's tip, above the design by more than the overflow threshold; the plan limits centres of mass",
+            "脚の先端など一部でも許容突出量を超えて計画面から出るもの（計画の制限は重心に対する）",
+        )),
+        Figure::new(
+            Text::new("Porosity of the new layer", "新しい層の空隙率"),
+            fixed(Some(short(p.porosity)), 1, 100.0),
+            "%",
+        ),
+        Figure::new(
+            Text::new("Blocks by N = φ·A·V^(−2/3)", "N = φ·A·V^(−2/3) による個数"),
+            by(|r| r.by_layers),
+            "",
+        ),
+        Figure::new(
+            Text::new("Blocks by void · (1 − porosity) / V", "不足量・(1−空隙率)/V による個数"),
+            by(|r| r.by_volume),
+            "",
+        ),
+    ]
+}
+
+/// The f64 with the f32's own shortest digits, which is what files say: 0.1 stays 0.1.
+fn short(v: f32) -> f64 {
+    v.to_string().parse().unwrap_or(f64::NAN)
+}
+
+fn sections(drawings: &Drawings) -> Vec<Section> {
+    let line = |kind, points: &[[f32; 2]]| SectionLine { kind, points: points.to_vec() };
+    drawings
+        .sections
+        .iter()
+        .map(|cut| Section {
+            label: Text::new(
+                format!("Chainage {:.1} m", cut.chainage_m),
+                format!("距離 {:.1} m", cut.chainage_m),
+            ),
+            from: cut.from,
+            to: cut.to,
+            lines: vec![
+                line(SectionLineKind::Ground, &cut.ground),
+                line(SectionLineKind::AsIs, &cut.as_surveyed),
+                line(SectionLineKind::Planned, &cut.planned),
+                line(SectionLineKind::Design, &cut.design),
+            ],
+        })
+        .collect()
+}
+
+fn survey_assumptions(site: &Site) -> Vec<Text> {
+    let from_above = Text::new(
+        "The sensor's position is unknown: the survey is taken as seen from straight above.",
+        "センサー位置が不明のため、真上から測量したものとして扱った。",
+    );
+    if site.survey.sensor_positions.is_empty() { vec![from_above] } else { Vec::new() }
+}
+
+fn plan_assumptions(site: &Site) -> Vec<Text> {
+    let mut list = Vec::new();
+    if site.ground.is_none() {
+        list.push(Text::new(
+            "The bed below the blocks is estimated from survey points that no block explains.",
+            "ブロックの下の地盤は、どのブロックにも属さない測量点から推定した。",
+        ));
+    }
+    list.push(Text::new(
+        "Blocks are rigid and whole; waves and settlement of the bed are not simulated.",
+        "ブロックは剛体で破損がないものとし、波浪と地盤の沈下は考慮していない。",
+    ));
+    list
+}

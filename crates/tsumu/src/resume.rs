@@ -1,0 +1,177 @@
+//! Finished parts of a run, kept in its folder until the run is whole: a run that was killed goes on from the last.
+//!
+//! In: the name of a part and the work that makes it. Out: its value, from the folder when it was made there from the
+//! same inputs with the same settings and seed by the same program, or else made now. A part is written whole or not
+//! at all, with its hash; what cannot be read, or belongs to another key, is made again. The folder is locked while
+//! it is written: two runs at once would mix their files.
+
+use crate::{Error, Job, Result};
+use anyhow::anyhow;
+use geom::{Event, Observer, PartState};
+use io::IoError;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+/// Both begin with the mark of work in hand: manifests pass over them.
+const FOLDER: &str = ".tsumu-resume";
+const LOCK: &str = ".tsumu-lock";
+const HASH_BYTES: usize = 32;
+
+/// Parts of a job, kept in a folder or not.
+pub(crate) struct Parts<'a> {
+    job: &'a Job<'a>,
+    kept: Option<Kept>,
+}
+
+/// Where the parts of a run are kept until it is whole.
+struct Kept {
+    root: PathBuf,
+    folder: PathBuf,
+    key: String,
+    _lock: File,
+}
+
+#[derive(Serialize)]
+struct Written<'v, T> {
+    key: &'v str,
+    warnings: &'v [String],
+    value: &'v T,
+}
+
+#[derive(Deserialize)]
+struct Read<T> {
+    key: String,
+    warnings: Vec<String>,
+    value: T,
+}
+
+impl<'a> Parts<'a> {
+    /// Nothing is kept.
+    pub fn none(job: &'a Job<'a>) -> Self {
+        Self { job, kept: None }
+    }
+
+    /// Locks a run folder and clears what killed writes have left there. `key` stands for everything the parts follow from.
+    pub fn kept(root: &Path, key: String, job: &'a Job<'a>) -> Result<Self> {
+        let folder = root.join(FOLDER);
+        fs::create_dir_all(&folder).map_err(|source| os("write", &folder, source))?;
+        let path = root.join(LOCK);
+        let lock = File::create(&path).map_err(|source| os("write", &path, source))?;
+        // File systems without locks exist; they are not refused.
+        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
+            return Err(Error::bad_input(anyhow!(
+                "{}: another run is writing there; wait for it, or choose another folder with --out",
+                root.display()
+            )));
+        }
+        io::atomic::clear_aside(root)?;
+        let kept = Kept { root: root.to_path_buf(), folder, key, _lock: lock };
+        Ok(Self { job, kept: Some(kept) })
+    }
+
+    /// Whose parts they are.
+    pub fn job(&self) -> &'a Job<'a> {
+        self.job
+    }
+
+    /// The value of a part: kept, or made by `work` and kept from now on. Its warnings come either way.
+    pub fn part<T: Serialize + DeserializeOwned, E: Into<Error>>(
+        &self,
+        part: &'static str,
+        work: impl FnOnce() -> std::result::Result<T, E>,
+    ) -> Result<T> {
+        let Some(kept) = &self.kept else { return work().map_err(Into::into) };
+        let path = kept.folder.join(part);
+        if let Some(found) = kept.read(&path) {
+            found.warnings.iter().for_each(|w| self.job.warn_again(w));
+            self.job.event(Event::Part { part, state: PartState::Kept });
+            return Ok(found.value);
+        }
+        let before = self.job.warnings().len();
+        let value = work().map_err(Into::into)?;
+        kept.write(&path, &self.job.warnings()[before..], &value)?;
+        self.job.event(Event::Part { part, state: PartState::Keeping });
+        Ok(value)
+    }
+
+    /// The run is whole: the parts go.
+    pub fn finish(self) -> Result<()> {
+        let Some(kept) = &self.kept else { return Ok(()) };
+        Ok(fs::remove_dir_all(&kept.folder).map_err(|source| os("write", &kept.folder, source))?)
+    }
+}
+
+impl Kept {
+    fn write<T: Serialize>(&self, path: &Path, warnings: &[String], value: &T) -> Result<()> {
+        let mut bytes = vec![0; HASH_BYTES];
+        ciborium::into_writer(&Written { key: &self.key, warnings, value }, &mut bytes)?;
+        let hash = io::manifest::hash(&bytes[HASH_BYTES..]);
+        bytes[..HASH_BYTES].copy_from_slice(&hash);
+        Ok(io::atomic::write_bytes(path, &bytes)?)
+    }
+
+    fn read<T: DeserializeOwned>(&self, path: &Path) -> Option<Read<T>> {
+        let bytes = fs::read(path).ok()?;
+        let (hash, content) = bytes.split_at_checked(HASH_BYTES)?;
+        if hash != io::manifest::hash(content) {
+            return None;
+        }
+        ciborium::from_reader(content).ok().filter(|kept: &Read<T>| kept.key == self.key)
+    }
+}
+
+/// The lock goes with the run, and with a run that left nothing goes its folder. Failing to tidy is no failure.
+impl Drop for Kept {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(self.root.join(LOCK));
+        let _ = fs::remove_dir(&self.folder);
+        let _ = fs::remove_dir(&self.root);
+    }
+}
+
+fn os(doing: &'static str, path: &Path, source: std::io::Error) -> IoError {
+    IoError::Os { path: path.into(), doing, source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn made(parts: &Parts, value: f32) -> (f32, bool) {
+        let mut worked = false;
+        let got = parts.part("a", || {
+            worked = true;
+            Ok::<_, Error>(value)
+        });
+        (got.unwrap(), worked)
+    }
+
+    #[test]
+    fn a_part_is_made_once_for_a_key() {
+        let (folder, job) = (tempfile::tempdir().unwrap(), Job::silent());
+        let run = folder.path().join("run");
+        let open = |key: &str| Parts::kept(&run, key.into(), &job).unwrap();
+        assert_eq!(made(&open("one"), 0.1), (0.1, true));
+        assert_eq!(made(&open("one"), 0.2), (0.1, false));
+        assert_eq!(made(&open("two"), 0.3), (0.3, true));
+        // Damage is noticed.
+        let path = run.join(FOLDER).join("a");
+        let mut bytes = fs::read(&path).unwrap();
+        *bytes.last_mut().unwrap() ^= 1;
+        fs::write(&path, bytes).unwrap();
+        assert_eq!(made(&open("two"), 0.4), (0.4, true));
+        open("two").finish().unwrap();
+        assert!(!run.exists(), "an empty run folder goes");
+    }
+
+    #[test]
+    fn two_runs_do_not_write_one_folder() {
+        let (folder, job) = (tempfile::tempdir().unwrap(), Job::silent());
+        let first = Parts::kept(folder.path(), "one".into(), &job).unwrap();
+        let message = Parts::kept(folder.path(), "one".into(), &job).err().unwrap().line();
+        assert!(message.contains("another run"), "{message}");
+        drop(first);
+    }
+}

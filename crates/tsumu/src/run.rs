@@ -1,0 +1,298 @@
+//! A run folder: written whole, opened whole.
+
+use crate::drawings::{Drawings, export};
+use crate::error::OrBadInput;
+use crate::page::{self, Page, PageInput};
+use crate::planning::Planned;
+use crate::recognition::Recognition;
+use crate::run_folder::RunFolder;
+use crate::{Error, Job, Result, Site, outputs, review, settings, stored, version};
+use anyhow::anyhow;
+use geom::{Event, Observer, Warning};
+use io::manifest::{Difference, Manifest, entry, files_below, portable, verify};
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Something a run keeps.
+pub trait Part {
+    /// Writes it and notes where it came from.
+    fn keep<'a>(&'a self, run: &mut NewRun<'a>) -> Result<()>;
+}
+
+impl Part for Recognition {
+    fn keep<'a>(&'a self, run: &mut NewRun<'a>) -> Result<()> {
+        outputs::write_recognition(&run.folder, run.site, self)?;
+        run.holds(self, None);
+        Ok(())
+    }
+}
+
+impl Part for Planned {
+    fn keep<'a>(&'a self, run: &mut NewRun<'a>) -> Result<()> {
+        outputs::write_plan(&run.folder, run.site, self)?;
+        run.holds_plan(self);
+        Ok(())
+    }
+}
+
+/// A run folder that is being written.
+pub struct NewRun<'a> {
+    pub(crate) folder: RunFolder,
+    pub(crate) site: &'a Site,
+    pub(crate) manifest: Manifest,
+    /// Files that an earlier run of the folder knew nothing of: this one does not vouch for them either.
+    pub(crate) strangers: BTreeSet<PathBuf>,
+    recognition: Option<&'a Recognition>,
+    planned: Option<&'a Planned>,
+}
+
+impl<'a> NewRun<'a> {
+    /// Writes a part.
+    pub fn keep(mut self, part: &'a impl Part) -> Result<Self> {
+        // From now on until it is sealed the folder is an unfinished run.
+        Manifest::invalidate(self.folder.root())?;
+        part.keep(&mut self)?;
+        Ok(self)
+    }
+
+    /// Takes over what is written already.
+    pub(crate) fn holds(&mut self, recognition: &'a Recognition, planned: Option<&'a Planned>) {
+        recognition.weights.record(&mut self.manifest);
+        recognition.review.iter().for_each(|r| r.record(&mut self.manifest));
+        self.recognition = Some(recognition);
+        planned.into_iter().for_each(|p| self.holds_plan(p));
+    }
+
+    fn holds_plan(&mut self, planned: &'a Planned) {
+        if let Some(file) = &planned.proposer {
+            self.note(stored::PROPOSER_NOTE, json!(file));
+        }
+        self.planned = Some(planned);
+    }
+
+    /// Notes a fact about where the run comes from.
+    pub fn note(&mut self, key: &str, value: serde_json::Value) {
+        self.manifest.notes.insert(key.into(), value);
+    }
+
+    /// Notes which blocks, and which earlier plan, a plan was made from.
+    pub fn note_source(&mut self, run: &RunFolder, plan: Option<&Path>) -> Result<()> {
+        for (key, file) in [("blocks", run.blocks()), ("not_judged", run.not_judged())] {
+            if file.is_file() {
+                self.note(key, json!(entry(&file)?));
+            }
+        }
+        if let Some(plan) = plan {
+            let inside = plan.join("plan/placements.csv");
+            self.note(
+                "previous_plan",
+                json!(entry(if inside.is_file() { &inside } else { plan })?),
+            );
+        }
+        Ok(())
+    }
+
+    /// Writes exports and report of what is kept.
+    pub fn present(mut self, job: &Job) -> Result<Self> {
+        let Some(recognition) = self.recognition else { return Ok(self) };
+        let drawings = drawn(self.site, recognition, self.planned)?;
+        let planned = self.planned.zip(drawings.as_ref());
+        export(&self.folder.exports(), self.site, recognition, planned)?;
+        job.done("exports");
+        self.note("warnings", json!(job.warnings()));
+        let page = page::page(&PageInput {
+            site: self.site,
+            recognition,
+            planned,
+            review: self.site.review.as_ref(),
+            manifest: Some(&self.manifest),
+            warnings: job.warnings(),
+        })?;
+        io::atomic::write_bytes(&self.folder.report(), page.html.as_bytes())?;
+        io::atomic::write_bytes(&self.folder.picture(), &page.png)?;
+        job.done("report");
+        Ok(self)
+    }
+
+    /// Writes the picture alone.
+    pub fn picture(&self) -> Result<()> {
+        let blocks = self.recognition.map_or(&[][..], |r| &r.blocks);
+        let png = page::picture(&self.site.survey, &self.site.catalog, blocks)?;
+        Ok(io::atomic::write_bytes(&self.folder.picture(), &png)?)
+    }
+
+    /// Writes the settings and vouches for every file; from now on the run is whole.
+    pub fn seal(mut self) -> Result<RunFolder> {
+        io::atomic::write_bytes(
+            &self.folder.config(),
+            toml::to_string(&self.site.config)?.as_bytes(),
+        )?;
+        if let Some(folder) = &self.site.folder {
+            self.manifest.check_inputs(folder).or_bad_input()?;
+        }
+        let there = files_below(self.folder.root())?;
+        let written = there.iter().filter(|name| !self.strangers.contains(*name));
+        self.manifest.seal(self.folder.root(), written.map(PathBuf::as_path))?;
+        Ok(self.folder)
+    }
+}
+
+/// A run folder as it was kept, or as it was corrected by hand since.
+///
+/// ```no_run
+/// # fn main() -> tsumu::Result<()> {
+/// use tsumu::{Job, Run, Site};
+/// let (folder, job) = ("examples/breakwater".as_ref(), Job::silent());
+/// let site = Run::settled("out".as_ref(), Site::load(folder, &job)?, &job)?;
+/// let run = Run::open("out".as_ref(), &site)?;
+/// println!("{} blocks", scene::stated(&run.recognition.blocks).count());
+/// run.report(&site, &job)?.write_html("page.html".as_ref())?;
+/// # Ok(()) }
+/// ```
+pub struct Run {
+    /// Where its files lie.
+    pub folder: RunFolder,
+    /// What made it; `None` for a folder that was put together by hand.
+    pub manifest: Option<Manifest>,
+    /// Its blocks.
+    pub recognition: Recognition,
+    /// Its plan; `None` where there is none.
+    pub planned: Option<Planned>,
+}
+
+impl Run {
+    /// Begins a run folder. Errors: the folder holds something else than an earlier run.
+    pub fn create<'a>(folder: &Path, site: &'a Site) -> Result<NewRun<'a>> {
+        let config = serde_json::to_value(&site.config)?;
+        let mut manifest = Manifest::new(version::STAMP, site.seed, config);
+        manifest.inputs = site.inputs.clone();
+        let folder = RunFolder::for_writing(folder)?;
+        let strangers = strangers(folder.root())?;
+        Ok(NewRun { folder, site, manifest, strangers, recognition: None, planned: None })
+    }
+
+    /// Reads a run of this site. Equal to what was kept, where nobody has changed its files.
+    pub fn open(folder: &Path, site: &Site) -> Result<Self> {
+        let folder = RunFolder::existing(folder);
+        let manifest = Manifest::load(folder.root()).ok();
+        let recognition = stored::recognition(&folder, site, manifest.as_ref())?;
+        let planned = stored::planned(&folder, site, &recognition, manifest.as_ref())?;
+        Ok(Self { folder, manifest, recognition, planned })
+    }
+
+    /// Reads the blocks of a run alone, as corrected by hand perhaps; warns of a review that came after it.
+    pub fn open_recognition(folder: &Path, site: &Site, job: &Job) -> Result<Recognition> {
+        let folder = RunFolder::existing(folder);
+        let manifest = Manifest::load(folder.root()).ok();
+        if let Some(manifest) = &manifest {
+            review::is_of_run(site.folder.as_deref(), manifest, job)?;
+        }
+        stored::recognition(&folder, site, manifest.as_ref())
+    }
+
+    /// The site with the seed and the settings this run was made with, where its folder has them; warns of settings that it
+    /// cannot read, those of another version say.
+    pub fn settled(folder: &Path, mut site: Site, job: &Job) -> Result<Site> {
+        let folder = RunFolder::existing(folder);
+        match folder.config().is_file().then(|| settings::read(&folder.config())) {
+            Some(Ok(config)) => site.config = config,
+            Some(Err(error)) => {
+                let message = format!("{}; the site's settings are taken instead", error.line());
+                job.event(Event::Warned(Warning { stage: "run", message }));
+            }
+            None => {}
+        }
+        if let Ok(manifest) = Manifest::load(folder.root()) {
+            site.seed = manifest.seed;
+        }
+        Ok(site)
+    }
+
+    /// Its page: the one it was made with, unless its files were corrected since; then the figures follow the files.
+    pub fn report(&self, site: &Site, job: &Job) -> Result<Page> {
+        let drawings = drawn(site, &self.recognition, self.planned.as_ref())?;
+        let review = match &self.manifest {
+            Some(manifest) => review::is_of_run(site.folder.as_deref(), manifest, job)?,
+            None => false,
+        };
+        page::page(&PageInput {
+            site,
+            recognition: &self.recognition,
+            planned: self.planned.as_ref().zip(drawings.as_ref()),
+            review: site.review.as_ref().filter(|_| review),
+            manifest: self.manifest.as_ref(),
+            warnings: self.warnings(job)?,
+        })
+    }
+
+    /// What the run warned of, and that its blocks were corrected.
+    fn warnings(&self, job: &Job) -> Result<Vec<String>> {
+        let Some(manifest) = &self.manifest else { return Ok(job.warnings()) };
+        let noted = manifest.notes.get("warnings").cloned().unwrap_or_default();
+        let mut warnings: Vec<String> = serde_json::from_value(noted).unwrap_or_default();
+        let name = "recognise/blocks.csv";
+        let as_made = manifest.outputs.get(name);
+        if as_made.is_some() && as_made != Some(&entry(&self.folder.blocks())?) {
+            let mut message = format!(
+                "{name} was corrected after the run: the figures of recognition are those of the file as it is"
+            );
+            if self.planned.is_some() {
+                message +=
+                    ", the plan is still the run's; `tsumu plan` plans on the corrected blocks";
+            }
+            job.event(Event::Warned(Warning { stage: "run", message: message.clone() }));
+            warnings.push(format!("run: {message}"));
+        }
+        Ok(warnings)
+    }
+
+    /// Writes the exports of its blocks and plan into a folder.
+    pub fn export(&self, site: &Site, folder: &Path) -> Result<()> {
+        let drawings = drawn(site, &self.recognition, self.planned.as_ref())?;
+        export(folder, site, &self.recognition, self.planned.as_ref().zip(drawings.as_ref()))
+    }
+
+    /// Files of a run folder, and its inputs when the site folder is given, that are not as they were; empty: all are.
+    pub fn verify(folder: &Path, site: Option<&Path>) -> Result<Vec<Difference>> {
+        verify(folder, site).or_bad_input()
+    }
+}
+
+/// Files of a whole run's folder that its manifest does not name.
+fn strangers(folder: &Path) -> Result<BTreeSet<PathBuf>> {
+    let Ok(earlier) = Manifest::load(folder) else { return Ok(BTreeSet::new()) };
+    let strange = |name: &PathBuf| !earlier.outputs.contains_key(&portable(name));
+    Ok(files_below(folder)?.into_iter().filter(strange).collect())
+}
+
+fn drawn(
+    site: &Site,
+    recognition: &Recognition,
+    planned: Option<&Planned>,
+) -> Result<Option<Drawings>> {
+    planned.map(|planned| Drawings::of(site, recognition, planned)).transpose()
+}
+
+/// The run behind a path: that of a site folder, or the folder itself. Error: there is none.
+pub fn folders_of(site_or_run: &Path, named_site: Option<&Path>) -> Result<(PathBuf, RunFolder)> {
+    let has_blocks = |run: &RunFolder| run.blocks().is_file();
+    if site_or_run.join("site.toml").is_file() {
+        let run = RunFolder::existing(&site_or_run.join("run"));
+        return match has_blocks(&run) {
+            true => Ok((site_or_run.to_path_buf(), run)),
+            false => Err(Error::bad_input(anyhow!(
+                "{}: has no run yet; `tsumu run` recognises and plans in one go",
+                site_or_run.display()
+            ))),
+        };
+    }
+    let run = RunFolder::existing(site_or_run);
+    if !has_blocks(&run) {
+        return Err(Error::bad_input(anyhow!(
+            "{}: neither a site folder (site.toml) nor a run folder (recognise/blocks.csv)",
+            site_or_run.display()
+        )));
+    }
+    Ok((Site::folder_of_run(site_or_run, named_site)?, run))
+}

@@ -1,0 +1,155 @@
+//! Where things lie in a run folder: one folder a stage, named by the stage's word.
+
+use crate::{Error, Result, outputs};
+use anyhow::{Context, anyhow};
+use std::path::{Path, PathBuf};
+
+/// A run folder. Nothing is made until something is written.
+#[derive(Clone, Debug)]
+pub struct RunFolder {
+    root: PathBuf,
+}
+
+impl RunFolder {
+    /// The folder for a new run. Refuses one that holds something else than an earlier run.
+    pub fn for_writing(root: &Path) -> Result<Self> {
+        let folder = Self { root: root.to_path_buf() };
+        if root.is_file() {
+            return Err(Error::bad_input(anyhow!(
+                "{}: is a file, not a folder; choose another --out",
+                root.display()
+            )));
+        }
+        let entries = match std::fs::read_dir(root) {
+            Ok(entries) => entries,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(folder),
+            Err(e) => {
+                return Err(Error::failed(
+                    anyhow!(e).context(format!("cannot read {}", root.display())),
+                ));
+            }
+        };
+        let ours = [
+            "config.toml",
+            "manifest.json",
+            "timing.json",
+            "report.html",
+            "picture.png",
+            "segment",
+            "recognise",
+            "plan",
+            "report",
+            "exports",
+        ];
+        for entry in entries {
+            let entry = entry.with_context(|| format!("cannot read {}", root.display()))?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if !ours.contains(&name.as_str()) && !name.starts_with(".tsumu-") {
+                return Err(Error::bad_input(anyhow!(
+                    "{}: holds `{name}`, which is not of a run; choose an empty folder with --out",
+                    root.display()
+                )));
+            }
+        }
+        Ok(folder)
+    }
+
+    /// An existing run.
+    pub fn existing(root: &Path) -> Self {
+        Self { root: root.to_path_buf() }
+    }
+
+    /// Writes the wall times of a run: the one file that no manifest vouches for.
+    pub fn write_timing(&self, seconds: &serde_json::Value) -> Result<()> {
+        outputs::write_json(&self.timing(), seconds)
+    }
+
+    /// The folder itself.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Resolved settings.
+    pub fn config(&self) -> PathBuf {
+        self.root.join("config.toml")
+    }
+
+    /// Wall times: the only file that differs between two runs.
+    pub fn timing(&self) -> PathBuf {
+        self.root.join("timing.json")
+    }
+
+    /// Files for GIS, CAD, BIM and viewers.
+    pub fn exports(&self) -> PathBuf {
+        self.root.join("exports")
+    }
+
+    /// The page for people.
+    pub fn report(&self) -> PathBuf {
+        self.root.join("report.html")
+    }
+
+    /// The site with its blocks, as a picture.
+    pub fn picture(&self) -> PathBuf {
+        self.root.join("picture.png")
+    }
+
+    /// Survey with the instance of every point.
+    pub fn segment_cloud(&self) -> PathBuf {
+        self.root.join("segment/cloud.laz")
+    }
+
+    /// Recognised blocks.
+    pub fn blocks(&self) -> PathBuf {
+        self.root.join("recognise/blocks.csv")
+    }
+
+    /// How well the poses are held.
+    pub fn covariance(&self) -> PathBuf {
+        self.root.join("recognise/covariance.csv")
+    }
+
+    /// Blocks too little is seen of.
+    pub fn not_judged(&self) -> PathBuf {
+        self.root.join("recognise/not_judged.csv")
+    }
+
+    /// Survey points of each of those.
+    pub fn not_judged_points(&self) -> PathBuf {
+        self.root.join("recognise/not_judged_points.csv")
+    }
+
+    /// Survey with the recognised block of every point.
+    pub fn recognise_cloud(&self) -> PathBuf {
+        self.root.join("recognise/cloud.laz")
+    }
+
+    /// Figures of recognition.
+    pub fn recognise_summary(&self) -> PathBuf {
+        self.root.join("recognise/summary.json")
+    }
+
+    /// Blocks to add.
+    pub fn placements(&self) -> PathBuf {
+        self.root.join("plan/placements.csv")
+    }
+
+    /// Figures of the plan.
+    pub fn plan_summary(&self) -> PathBuf {
+        self.root.join("plan/summary.json")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_something_else_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(RunFolder::for_writing(folder.path()).is_ok());
+        std::fs::write(folder.path().join("thesis.docx"), "precious").unwrap();
+        let message = RunFolder::for_writing(folder.path()).unwrap_err().line();
+        assert!(message.contains("thesis.docx"), "{message}");
+    }
+}

@@ -1,0 +1,130 @@
+//! Settings: the method's defaults, then the site's tables, then a settings file, then what the call says. One language for
+//! all of them, [`Config`]: a run's `config.toml` given back as a settings file repeats the run.
+
+use crate::error::OrBadInput;
+use crate::{Error, Result};
+use anyhow::{Context, anyhow};
+use pipeline::Config;
+use plan::Policy;
+use scene::SiteSpec;
+use std::path::{Path, PathBuf};
+
+/// What a caller says beside the site.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// A TOML file whose tables count before the site's.
+    pub file: Option<PathBuf>,
+    /// Where the planner's first poses come from.
+    pub policy: Option<Policy>,
+    /// How many plans the range of the count is taken from; 0: no range.
+    pub plans: Option<u32>,
+    /// Root of all random choices; `None`: the site's.
+    pub seed: Option<u64>,
+}
+
+impl Settings {
+    /// The settings of a loose cloud.
+    pub(crate) fn alone(&self) -> Result<Config> {
+        self.over(toml::Table::new())
+    }
+
+    /// The settings of a site.
+    pub(crate) fn of_site(&self, spec: &SiteSpec) -> Result<Config> {
+        let mut tables = toml::Table::new();
+        for (name, table) in spec.settings().into_iter().filter(|(_, t)| !t.is_empty()) {
+            // Read alone first, so that a message names the file.
+            one_table(name, table).context("site.toml").or_bad_input()?;
+            tables.insert(name.into(), toml::Value::Table(table.clone()));
+        }
+        self.over(tables)
+    }
+
+    fn over(&self, mut tables: toml::Table) -> Result<Config> {
+        if let Some(file) = &self.file {
+            let own: toml::Table = io::site::read_toml(file).or_bad_input()?;
+            // Unknown keys are named with their line.
+            let _: Config = io::site::read_toml(file).or_bad_input()?;
+            lay(&mut tables, own);
+        }
+        let mut config: Config = toml::Value::Table(tables).try_into().or_bad_input()?;
+        if let Some(policy) = self.policy {
+            config.plan.policy = policy;
+        }
+        if let Some(plans) = self.plans {
+            config.plan.uncertainty.seeds = plans;
+        }
+        Ok(config)
+    }
+}
+
+/// Checks one table of a site.
+fn one_table(name: &str, table: &toml::Table) -> anyhow::Result<()> {
+    if name == "plan" && table.get("uncertainty").is_some_and(|u| !u.is_table()) {
+        return Err(anyhow!("[plan]: uncertainty is a table, [plan.uncertainty]"));
+    }
+    let alone = toml::Table::from_iter([(name.to_string(), toml::Value::Table(table.clone()))]);
+    let _: Config = toml::Value::Table(alone).try_into().with_context(|| format!("[{name}]"))?;
+    Ok(())
+}
+
+/// Lays a table over another: tables are joined, everything else is replaced.
+fn lay(under: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (under.get_mut(&key), value) {
+            (Some(toml::Value::Table(there)), toml::Value::Table(more)) => lay(there, more),
+            (_, value) => {
+                under.insert(key, value);
+            }
+        }
+    }
+}
+
+/// A run's settings as its `config.toml` has them.
+pub(crate) fn read(file: &Path) -> Result<Config> {
+    io::site::read_toml(file).map_err(Error::bad_input)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spec(tables: &str) -> SiteSpec {
+        toml::from_str(&format!("name = \"t\"\n{tables}")).unwrap()
+    }
+
+    #[test]
+    fn the_site_speaks_the_language_of_the_settings() {
+        let spec = spec(
+            "[background]\nbin = false\n[plan]\nrounds = 3\n[plan.uncertainty]\nseeds = 2\n[bed]\npoints = 4\n",
+        );
+        let config = Settings::default().of_site(&spec).unwrap();
+        assert!(!config.background.bin);
+        assert_eq!((config.plan.rounds, config.plan.uncertainty.seeds), (3, 2));
+        assert_eq!(config.bed.points, 4);
+    }
+
+    #[test]
+    fn what_is_written_comes_back() {
+        let spec = spec("[plan]\nrounds = 3\n[plan.random]\ndrops = 2\n[pose]\nrounds = 2\n");
+        let config = Settings::default().of_site(&spec).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        std::fs::write(&file, toml::to_string(&config).unwrap()).unwrap();
+        assert_eq!(read(&file).unwrap(), config);
+        let again = Settings { file: Some(file.clone()), ..Settings::default() };
+        assert_eq!(again.of_site(&spec).unwrap(), config);
+        assert_eq!(again.alone().unwrap(), config);
+        // A file that says a part leaves the rest to the site.
+        std::fs::write(&file, "[plan]\nwalls = true\n").unwrap();
+        let both = again.of_site(&spec).unwrap();
+        assert!(both.plan.walls && both.plan.rounds == 3 && both.pose.rounds == 2);
+    }
+
+    #[test]
+    fn what_is_unknown_is_named() {
+        let line = |tables: &str| Settings::default().of_site(&spec(tables)).unwrap_err().line();
+        let said = line("[plan]\nspeed = 3\n");
+        assert!(said.contains("site.toml") && said.contains("[plan]") && said.contains("speed"));
+        assert!(line("[plan]\nuncertainty = 3\n").contains("[plan.uncertainty]"));
+    }
+}

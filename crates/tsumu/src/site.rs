@@ -1,0 +1,187 @@
+//! A site: everything its folder holds, read, checked and hashed once.
+
+use crate::error::OrBadInput;
+use crate::surveys::{self, Clouds};
+use crate::{Error, Job, Result, Settings, catalogue};
+use anyhow::{Context, anyhow};
+use geom::{DVec3, Observer};
+use io::manifest::{Entry, entry, portable};
+use pipeline::Config;
+use scene::{Catalog, DesignSurface, Ground, GroundSpec, Review, Survey};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What there is to recognise and to plan on.
+///
+/// ```no_run
+/// use tsumu::{Job, RecogniseOptions, Settings, Site};
+/// let settings = Settings { plans: Some(0), seed: Some(7), ..Settings::default() };
+/// let job = Job::silent().on_threads(2)?;
+/// let site = Site::load_with("examples/breakwater".as_ref(), &settings, &job)?;
+/// let found = site.recognise(&RecogniseOptions::default(), &job)?;
+/// println!("{} instances, {} blocks", found.segments.instances, found.blocks.len());
+/// # Ok::<(), tsumu::Error>(())
+/// ```
+pub struct Site {
+    /// Name for reports.
+    pub name: String,
+    /// The site folder; `None` for clouds without one.
+    pub folder: Option<PathBuf>,
+    /// Block types.
+    pub catalog: Catalog,
+    /// All surveys in one local frame.
+    pub survey: Survey,
+    /// How high the finished works should stand; `None`: there is nothing to plan.
+    pub design: Option<DesignSurface>,
+    /// The bed as stated, local frame; `None`: to be estimated.
+    pub ground: Option<Ground>,
+    /// What a reviewer decided of an earlier run.
+    pub review: Option<Review>,
+    /// Settings of all stages.
+    pub config: Config,
+    /// Root of all random choices.
+    pub seed: u64,
+    /// Size and hash of every input file as it was before it was read, by its path in the site folder.
+    pub inputs: BTreeMap<String, Entry>,
+}
+
+impl Site {
+    /// Reads a site folder with its own settings. Errors: everything that is wrong with its files, by file, key or line.
+    pub fn load(folder: &Path, job: &Job) -> Result<Self> {
+        Self::load_with(folder, &Settings::default(), job)
+    }
+
+    /// Reads a site folder (or its `site.toml`); `settings` count before the site's own.
+    pub fn load_with(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
+        let files = io::site::load(folder).or_bad_input()?;
+        let config = settings.of_site(&files.spec)?;
+        let mut inputs = BTreeMap::new();
+        for name in files.inputs() {
+            inputs.insert(portable(&name), entry(&files.folder.join(&name)).or_bad_input()?);
+        }
+        let review_file = files.folder.join(io::review::FILE);
+        if review_file.exists() {
+            inputs.insert(io::review::FILE.into(), entry(&review_file).or_bad_input()?);
+        }
+        let review = io::review::read(&review_file).or_bad_input()?;
+        let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
+        let survey = surveys::of_site(&files, job)?;
+        let site = Self {
+            name: files.spec.name.clone(),
+            design: design(&files, job)?,
+            ground: ground(&files, &survey),
+            seed: settings.seed.unwrap_or(files.spec.seed),
+            folder: Some(files.folder),
+            catalog,
+            survey,
+            review,
+            config,
+            inputs,
+        };
+        site.check()?;
+        Ok(site)
+    }
+
+    /// Clouds without a site folder: blocks can be recognised, nothing is planned. `review`: decisions that stand.
+    pub fn of_clouds(
+        clouds: &Clouds,
+        catalog: &Path,
+        review: Option<&Path>,
+        settings: &Settings,
+        job: &Job,
+    ) -> Result<Self> {
+        let config = settings.alone()?;
+        let mut inputs = BTreeMap::new();
+        for file in clouds.files.iter().map(PathBuf::as_path).chain([catalog]).chain(review) {
+            let name = file.file_name().map_or(file, Path::new);
+            inputs.insert(portable(name), entry(file).or_bad_input()?);
+        }
+        let site = Self {
+            name: String::new(),
+            folder: None,
+            catalog: catalogue::read(catalog, job)?,
+            survey: clouds.survey(job)?,
+            design: None,
+            ground: None,
+            review: review.map(named_review).transpose()?,
+            config,
+            seed: settings.seed.unwrap_or_default(),
+            inputs,
+        };
+        site.check()?;
+        Ok(site)
+    }
+
+    /// The site folder a run belongs to: the named one, or the folder the run lies in.
+    pub fn folder_of_run(run: &Path, named: Option<&Path>) -> Result<PathBuf> {
+        let beside = run.canonicalize().ok().and_then(|p| p.parent().map(Path::to_path_buf));
+        let lies_in = beside.filter(|p| p.join("site.toml").is_file());
+        named.map(Path::to_path_buf).or(lies_in).ok_or_else(|| {
+            Error::bad_input(anyhow!(
+                "{}: does not lie in its site folder; name that with --site",
+                run.display()
+            ))
+        })
+    }
+
+    /// What no file alone tells: the unit of the blocks, the place of the design.
+    fn check(&self) -> Result<()> {
+        pipeline::survey::check_scale(&self.survey, &self.catalog)?;
+        if let Some(design) = &self.design {
+            pipeline::survey::check_design(&self.survey, design)?;
+        }
+        Ok(())
+    }
+
+    /// Where a run of this site is kept unless another folder is named.
+    pub fn run_folder(&self) -> PathBuf {
+        self.folder.as_deref().unwrap_or(Path::new(".")).join("run")
+    }
+
+    /// The design. Error: there is none.
+    pub fn needed_design(&self) -> Result<&DesignSurface> {
+        self.design.as_ref().ok_or_else(|| {
+            let file = self.folder.as_deref().unwrap_or(Path::new("")).join("site.toml");
+            Error::bad_input(anyhow!(
+                "{}: has no [design], so there is nothing to plan",
+                file.display()
+            ))
+        })
+    }
+}
+
+fn named_review(file: &Path) -> Result<Review> {
+    let review = io::review::read(file).or_bad_input()?;
+    review.ok_or_else(|| {
+        Error::bad_input(anyhow!("cannot read {}: there is no such file", file.display()))
+    })
+}
+
+/// The design surface of a site, checked; `None` when it has none.
+fn design(site: &io::site::Site, observer: &dyn Observer) -> Result<Option<DesignSurface>> {
+    if let (Some(file), Some(spec)) = (&site.design_file, &site.spec.design_file) {
+        let axes = site.spec.axis_order;
+        return io::design_file::read(file, spec.cell_m, axes, observer).map(Some).or_bad_input();
+    }
+    let Some(design) = &site.spec.design else { return Ok(None) };
+    design
+        .check()
+        .with_context(|| site.folder.join("site.toml").display().to_string())
+        .or_bad_input()?;
+    Ok(Some(design.clone()))
+}
+
+/// The bed as the site states it, in the local frame; `None`: to be estimated.
+fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
+    let origin = survey.frame.origin;
+    site.spec.ground.map(|ground| match ground {
+        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
+        GroundSpec::Plane(plane) => {
+            let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
+            let normal =
+                DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
+            let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
+            Ground::Plane { point: survey.frame.local_from_site(point), normal }
+        }
+    })
+}

@@ -1,0 +1,114 @@
+//! A whole run of a site, in parts that are kept until it is whole: a run that was killed goes on from the last.
+
+use crate::planning::{ChosenProposer, PlanOptions, Planned};
+use crate::recognition::{RecogniseOptions, Recognition};
+use crate::resume::Parts;
+use crate::run::{NewRun, Run};
+use crate::weights::{self, Chosen};
+use crate::{Job, Result, RunFolder, Site, stored, version};
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// What a run may be told beside the site's settings.
+#[derive(Clone, Debug, Default)]
+pub struct RunOptions {
+    /// For recognition.
+    pub recognise: RecogniseOptions,
+    /// For planning.
+    pub plan: PlanOptions,
+}
+
+/// Everything for one site: recognise, plan where there is a design, exports, report. Leaves a run folder.
+pub fn run(site: &Site, folder: &Path, options: &RunOptions, job: &Job) -> Result<RunFolder> {
+    let whole = WholeRun::begin(site, folder, options, job)?;
+    let recognition = whole.recognise()?;
+    let planned = whole.plan(&recognition)?;
+    whole.finish(&recognition, planned.as_ref())
+}
+
+/// The steps of [`run`], for callers that say something between them.
+pub struct WholeRun<'a> {
+    site: &'a Site,
+    options: &'a RunOptions,
+    folder: RunFolder,
+    weights: Chosen,
+    proposer: Option<ChosenProposer>,
+    strangers: BTreeSet<PathBuf>,
+    parts: Parts<'a>,
+}
+
+impl<'a> WholeRun<'a> {
+    /// Locks the folder and finds what an interrupted run has left in it.
+    pub fn begin(
+        site: &'a Site,
+        folder: &Path,
+        options: &'a RunOptions,
+        job: &'a Job,
+    ) -> Result<Self> {
+        let weights = weights::choose(options.recognise.weights.as_deref(), &site.catalog, job)?;
+        let proposer = site.proposer(&options.plan, job)?;
+        let mut new = Run::create(folder, site)?;
+        weights.origin.record(&mut new.manifest);
+        if let Some(file) = proposer.as_ref().and_then(ChosenProposer::file) {
+            new.note(stored::PROPOSER_NOTE, json!(file));
+        }
+        let key = new.manifest.key(&this_program());
+        let parts = Parts::kept(new.folder.root(), key, job)?;
+        job.done("read");
+        Ok(Self {
+            site,
+            options,
+            folder: new.folder,
+            weights,
+            proposer,
+            strangers: new.strangers,
+            parts,
+        })
+    }
+
+    /// The blocks, written.
+    pub fn recognise(&self) -> Result<Recognition> {
+        let job = self.parts.job();
+        let found = job.install(|| self.site.recognise_in_parts(&self.weights, &self.parts))?;
+        self.new_run()?.keep(&found)?;
+        job.done("write recognise");
+        Ok(found)
+    }
+
+    /// The plan, written; `None` for a site without a design.
+    pub fn plan(&self, recognition: &Recognition) -> Result<Option<Planned>> {
+        if self.site.design.is_none() {
+            return Ok(None);
+        }
+        let previous = self.options.plan.previous.as_ref();
+        let planned = self.parts.job().install(|| {
+            self.site.plan_in_parts(recognition, self.proposer.as_ref(), previous, &self.parts)
+        })?;
+        self.new_run()?.keep(&planned)?;
+        Ok(Some(planned))
+    }
+
+    /// Exports, report, settings and manifest: the run is whole.
+    pub fn finish(self, recognition: &Recognition, planned: Option<&Planned>) -> Result<RunFolder> {
+        let job = self.parts.job();
+        let mut new = self.new_run()?;
+        new.holds(recognition, planned);
+        let folder = new.present(job)?.seal()?;
+        job.done("manifest");
+        self.parts.finish()?;
+        Ok(folder)
+    }
+
+    fn new_run(&self) -> Result<NewRun<'_>> {
+        // The manifest that tells strangers from outputs goes with the first part that is written.
+        let strangers = self.strangers.clone();
+        Ok(NewRun { strangers, ..Run::create(self.folder.root(), self.site)? })
+    }
+}
+
+/// What tells this build from another of the same version: the program file's own hash.
+fn this_program() -> String {
+    let entry = std::env::current_exe().ok().and_then(|path| io::manifest::entry(&path).ok());
+    entry.map_or_else(|| version::STAMP.into(), |e| e.blake3)
+}
