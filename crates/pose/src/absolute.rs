@@ -194,6 +194,16 @@ pub struct CommonSize {
     pub blocks: usize,
 }
 
+/// A block tells its size when that is held to this standard deviation: of a cube seen from one side it is not at all.
+const HELD_SCALE_SD: f32 = 0.03;
+
+impl Absolute {
+    /// The logarithm of the size, where the block tells it; else 0.
+    pub fn held_scale(&self) -> f32 {
+        if self.scale_sd < HELD_SCALE_SD { self.scale } else { 0.0 }
+    }
+}
+
 /// Fewest blocks that a common size is believed of.
 const FEWEST_BLOCKS: usize = 3;
 /// Meshes and surveys err in common by this share.
@@ -203,6 +213,7 @@ const LEAST_SCALE_SD: f32 = 0.003;
 pub fn common_size(blocks: &[Absolute]) -> Option<CommonSize> {
     let of: Vec<(f32, f32)> = blocks
         .iter()
+        .filter(|b| b.scale_sd < HELD_SCALE_SD)
         .map(|b| (b.scale, 1.0 / (b.scale_sd * b.scale_sd + 1e-4)))
         .filter(|b| b.0.is_finite() && b.1.is_finite())
         .collect();
