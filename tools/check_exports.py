@@ -2,7 +2,8 @@
 """Opens every export with a reader that is not ours and holds them against each other.
 
     python3 -m venv .venv && .venv/bin/pip install laspy lazrs pyproj ezdxf ifcopenshell rasterio pyogrio \
-        trimesh scipy pygltflib lxml plyfile pytest
+        trimesh scipy pygltflib lxml plyfile pytest \
+        openpyxl matplotlib
     cargo run --release -p io --example exports -- exports
     .venv/bin/python tools/check_exports.py exports
 
@@ -100,11 +101,15 @@ def dxf_corners():
     print("blocks.dxf (ezdxf)")
     document = ezdxf.readfile(FOLDER / "blocks.dxf")
     same("errors of the audit", len(document.audit().errors), 0)
-    inserts = document.modelspace().query("INSERT")
-    same("INSERTs", len(inserts), 8)
-    same("sections", len(document.modelspace().query("POLYLINE")), 2)
+    space = document.modelspace()
+    solids = [i for i in space.query("INSERT") if i.dxf.layer.endswith("_3D")]
+    numbers = [i for i in space.query("INSERT") if i.dxf.layer == "NUMBERS"]
+    same("solids", len(solids), 8)
+    same("numbers as attributes", sorted(i.get_attrib_text("NO") for i in numbers), sorted(UNITS))
+    same("names survive", {ezdxf.lldxf.encoding.decode_dxf_unicode(i.get_attrib_text("TYPE")) for i in numbers}, {"wedge-2m", "wedge 3m (積)"})
+    same("layers frozen at first", sorted(l.dxf.name for l in document.layers if l.is_frozen()), ["PLANNED_3D", "RECOGNISED_3D"])
     corners = {}
-    for insert in inserts:
+    for insert in solids:
         label = insert.get_xdata("TSUMU")[0].value
         faces = insert.virtual_entities()
         corners[label] = ordered([v for face in faces for v in face.wcs_vertices()])
@@ -169,10 +174,61 @@ def surface():
     same("first point: north, east, up", first, [-12300.0, -35600.125, 1.0])
 
 
+def drawing():
+    """The drawing of the whole set, rendered as a person sees it; the picture is left beside it."""
+    import ezdxf
+    from ezdxf.addons.drawing import matplotlib
+
+    print("set/blocks.dxf (ezdxf, drawn with matplotlib)")
+    document = ezdxf.readfile(FOLDER / "set/blocks.dxf")
+    same("errors of the audit", len(document.audit().errors), 0)
+    space = document.modelspace()
+    words = [ezdxf.lldxf.encoding.decode_dxf_unicode(t.dxf.text) for t in space.query("TEXT")]
+    same("title, stations, north, levels", [w for w in ("Sample 積む & \"co\"", "No.0+5", "N", "4.0") if w not in words], [])
+    same("layers used", {e.dxf.layer for e in space} >= {"DESIGN", "ALIGNMENT", "UNFILLED", "SECTIONS_LAID_OUT", "TITLE"}, True)
+    picture = FOLDER / "blocks-dxf.png"
+    matplotlib.qsave(space, str(picture), bg="#FFFFFF", dpi=130)
+    same("a picture with something on it", picture.stat().st_size > 10_000, True)
+
+
+def office():
+    """Workbook, styled GeoPackage, alignment: what an office reads."""
+    import openpyxl
+    import pyogrio
+    import rasterio
+    from lxml import etree
+
+    print("set/quantities.xlsx (openpyxl)")
+    book = openpyxl.load_workbook(FOLDER / "set/quantities.xlsx")
+    sheet = book.worksheets[0]
+    same("volume as a formula", sheet["E3"].value, "=(D2+D3)/2*C3")
+    values = openpyxl.load_workbook(FOLDER / "set/quantities.xlsx", data_only=True).worksheets[0]
+    same("and as a value", (values["E3"].value, values["E4"].value), (10, 10))
+    same("rows of the schedule", book.worksheets[1].max_row, 4)
+    same("order, type", [c.value for c in book.worksheets[1][2]][:3:2], [1, "wedge-2m"])
+
+    print("set/project.gpkg, images (GDAL)")
+    for layer, count in [("blocks", 5), ("placements", 3), ("not_judged", 1), ("design", 1), ("alignment", 1), ("sections", 2), ("unfilled", 1)]:
+        same(layer, pyogrio.read_info(FOLDER / "set/project.gpkg", layer=layer)["features"], count)
+    same("styles", pyogrio.read_info(FOLDER / "set/project.gpkg", layer="layer_styles")["features"], 7)
+    with rasterio.open(FOLDER / "set/deficit-before.tif") as image:
+        same("band", image.descriptions, ("deficit-before, metres",))
+        same("unit", image.units, ("metre",))
+
+    print("set/surfaces.xml (lxml)")
+    root = etree.parse(str(FOLDER / "set/surfaces.xml")).getroot()
+    name = {"l": "http://www.landxml.org/schema/LandXML-1.2"}
+    same("date of the survey", root.get("date"), "2026-11-30")
+    same("alignment", root.find(".//l:Alignment", name).get("length"), "20")
+    same("cross-section", root.find(".//l:CrossSect", name).get("sta"), "5")
+
+
 cloud()
 raster()
 vectors()
 surface()
+drawing()
+office()
 dxf, glb, ifc = dxf_corners(), glb_corners(), ifc_corners()
 print("corners of every block in DXF, GLB and IFC")
 for label in UNITS:

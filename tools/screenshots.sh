@@ -11,9 +11,9 @@ work="$(mktemp -d)"
 trap 'rm -rf "$work"' EXIT
 "$program" run examples/breakwater --out "$work/run"
 node tools/browser/report.mjs "$work/run/report.html" "$work/shots"
-for name in view cut review sections; do
-  size="$(stat -c %s "$work/shots/$name.png")"
-  [ "$size" -le 300000 ] || { echo "$name.png has $size bytes: too large for the guide"; exit 1; }
-  cp "$work/shots/$name.png" "docs/guide/images/$name.png"
+for name in report cut review sections; do
+  size="$(stat -c %s "$work/shots/$name.jpg")"
+  [ "$size" -le 300000 ] || { echo "$name.jpg has $size bytes: too large for the guide"; exit 1; }
+  cp "$work/shots/$name.jpg" "docs/guide/images/$name.jpg"
 done
 ls -l docs/guide/images

@@ -1,10 +1,11 @@
 """What photogrammetry makes of tetrapods: real ones cut out of a drone survey beside simulated ones.
 
     tsumu synth RECIPE --scenes 3 --seed 1 --out SIM        # tetrapods, sensor "uav", at the density of the real clouds
-    python3 tools/oracle/uav_statistics.py --real FOLDER_WITH_LAZ --sim SIM [--plot plot.png]
+    tsumu recognise FOLDER/*.laz --catalog tetrapod-2.8m.toml --out RUN
+    python3 tools/oracle/uav_statistics.py --real FOLDER --run RUN --size 2.8 --sim SIM [--plot plot.png]
 
-Every real cloud is fitted with a tetrapod whose size is free, by an exact distance (four capped cones) and least squares from
-many starts: an independent check of `tsumu`'s own size fit. Then, for points of that block: density, scatter about the local
+Every block the run states is fitted again with its size free, by an exact distance (four capped cones) and least squares: an
+independent check of `tsumu`'s own size fit. Then, for points of that block: density, scatter about the local
 surface at 2 to 4 cm, and the signed distance from the block by the distance from the rim of a leg's tip: how far edges are
 rounded. Needs numpy, scipy, laspy with lazrs; matplotlib for the plot. Prints Markdown tables.
 """
@@ -50,33 +51,18 @@ def moved(x, p):
     return Rotation.from_rotvec(x[3:6]).inv().apply(p - x[:3])
 
 
-def fit(points, rng, sizes=(2.2, 2.8, 3.4)):
-    """Pose and height that fit most points: (x, height, rms of the nearer 80 %)."""
-    few = points[rng.choice(len(points), min(500, len(points)), replace=False)]
-    top = np.median(points, axis=0)
-    best = (np.inf, None)
+def fit(points, x, rng):
+    """Pose and height that fit the points of one block best, from a pose that is nearly right."""
 
     def residual(x, p, scale):
         d = distance(moved(x, p), x[6])[0]
         return d / np.sqrt(1 + (d / scale) ** 2)
 
-    for start in range(45):
-        h = sizes[start % len(sizes)]
-        turn = Rotation.random(random_state=rng).as_rotvec()
-        x = np.concatenate([top - [0, 0, 0.25 * h], turn, [h]])
-        for scale in (0.4, 0.15):
-            got = least_squares(residual, x, args=(few[:150], scale), max_nfev=12, x_scale=[1] * 6 + [1])
-            x = got.x
-        x[6] = np.clip(x[6], 0.5, 8)
-        cost = np.mean(np.minimum(np.abs(distance(moved(x, few), x[6])[0]), 0.1)) + 0.02 * abs(np.log(x[6] / 2.8))
-        if cost < best[0]:
-            best = (cost, x)
-    x = best[1]
-    many = points[rng.choice(len(points), min(6000, len(points)), replace=False)]
-    for scale in (0.08, 0.04, 0.03, 0.03):
-        x = least_squares(residual, x, args=(many, scale), max_nfev=30).x
-    d = np.abs(distance(moved(x, points), x[6])[0])
-    return x, x[6], d
+    for scale in (0.06, 0.04, 0.03, 0.03):
+        near = np.flatnonzero(np.abs(distance(moved(x, points), x[6])[0]) < 4 * scale)
+        few = points[rng.choice(near, min(5000, len(near)), replace=False)]
+        x = least_squares(residual, x, args=(few, scale), max_nfev=20).x
+    return x
 
 
 def scatter(points, radius, rng):
@@ -104,16 +90,20 @@ def profile(points, x):
     return rows, float(np.sqrt(np.mean(d[far & (np.abs(d) < 0.06)] ** 2)))
 
 
-def real_blocks(folder, rng):
+def real_blocks(folder, run, size, rng):
+    """Blocks that a run of tsumu on the joined clouds states, each fitted again here with its size free."""
     import laspy
 
-    for path in sorted(Path(folder).glob("*.laz")):
-        cloud = laspy.read(path)
-        p = np.column_stack([cloud.x, cloud.y, cloud.z])
-        p = p - p.mean(0).round()
-        x, h, d = fit(p, rng)
-        own = p[np.abs(distance(moved(x, p), h)[0]) < 0.12]
-        yield path.stem, own, x, h, d
+    clouds = [laspy.read(path) for path in sorted(Path(folder).glob("*.laz"))]
+    p = np.vstack([np.column_stack([c.x, c.y, c.z]) for c in clouds])
+    p = np.unique(p.round(4), axis=0)
+    origin = p.mean(0).round()
+    for row in csv.DictReader(open(Path(run) / "recognise" / "blocks.csv")):
+        turn = Rotation.from_quat([float(row[k]) for k in ("qx", "qy", "qz", "qw")])
+        at = np.array([float(row[k]) for k in ("x_m", "y_m", "z_m")]) - origin
+        x = fit(p - origin, np.concatenate([at, turn.as_rotvec(), [size]]), rng)
+        own = (p - origin)[np.abs(distance(moved(x, p - origin), x[6])[0]) < 0.12]
+        yield row["block_id"], own, x, x[6], np.abs(distance(moved(x, own), x[6])[0])
 
 
 def simulated_blocks(folder, rng, fewest=4000):
@@ -140,9 +130,16 @@ def density(points):
     return float(np.median(15 / (np.pi * far**2)))
 
 
+def middle_of(rows):
+    """Median of each column over the blocks that have it; not a number where none has."""
+    return [np.median([v for v in column if not np.isnan(v)] or [np.nan]) for column in zip(*rows)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--real")
+    parser.add_argument("--run")
+    parser.add_argument("--size", type=float, default=2.8)
     parser.add_argument("--sim")
     parser.add_argument("--plot")
     args = parser.parse_args()
@@ -150,7 +147,7 @@ def main():
     print("| block | size m | points/m² of surface | median distance mm | scatter at 2 cm, 4 cm mm | rms far from rims mm |")
     print("|---|---|---|---|---|---|")
     profiles = {}
-    for kind, blocks in (("real", real_blocks(args.real, rng) if args.real else []), ("simulated", simulated_blocks(args.sim, rng) if args.sim else [])):
+    for kind, blocks in (("real", real_blocks(args.real, args.run, args.size, rng) if args.real else []), ("simulated", simulated_blocks(args.sim, rng) if args.sim else [])):
         for name, p, x, h, d in blocks:
             row, rms = profile(p, x)
             profiles.setdefault(kind, []).append(row)
@@ -160,7 +157,7 @@ def main():
     print("\n| from the rim of a tip, cm | " + " | ".join(f"{100 * a:.0f}–{100 * b:.0f}" for a, b in zip(RIMS, RIMS[1:])) + " |")
     print("|---|" + "---|" * (len(RIMS) - 1))
     for kind, rows in profiles.items():
-        print(f"| {kind}, mm | " + " | ".join(f"{1000 * v:.1f}" for v in np.nanmedian(rows, axis=0)) + " |")
+        print(f"| {kind}, mm | " + " | ".join(f"{1000 * v:.1f}" for v in middle_of(rows)) + " |")
     if args.plot:
         import matplotlib
 
@@ -173,7 +170,7 @@ def main():
             colour = "tab:red" if kind == "real" else "tab:blue"
             for row in rows:
                 axes.plot(middle, [1000 * v for v in row], color=colour, alpha=0.25, lw=1)
-            axes.plot(middle, 1000 * np.nanmedian(rows, axis=0), color=colour, lw=2.5, label=f"{kind}, median of {len(rows)} blocks")
+            axes.plot(middle, [1000 * v for v in middle_of(rows)], color=colour, lw=2.5, label=f"{kind}, median of {len(rows)} blocks")
         axes.axhline(0, color="0.6", lw=0.8)
         axes.set_xlabel("distance from the rim of a leg's tip, cm")
         axes.set_ylabel("survey above the block, mm")

@@ -27,7 +27,7 @@ const FITS: &[Fit] = &[
     },
     Fit {
         name: "pose-confidence",
-        about: "weights of the pose stage's confidence, in crates/pose/src/confidence.rs (docs/bench/poses.md has the piles)",
+        about: "weights of the pose stage's confidence, crates/pose/fitted/confidence.txt",
         run: pose_confidence,
     },
 ];
@@ -62,21 +62,15 @@ fn votes(weights: &str, out: &Path) -> Result<()> {
     done(cargo(&[&program[..], &["--", &model, &made]].concat()))
 }
 
-/// Collects the features of many accepted blocks and fits their weights to them, which are printed.
+/// Makes piles and scenes without blocks, and fits the weights to the features of every accepted block; piles of another
+/// seed tell on the standard error how good they are. `OUT/confidence.txt` is the file with the new weights.
 fn pose_confidence(out: &Path) -> Result<()> {
-    let features = out.join("pose-features.csv");
-    let out = out.display().to_string();
-    let piles = ["--scenes", "4", "--seed", "700001", "--out", &out];
-    let program = [
-        "run",
-        "--release",
-        "--locked",
-        "--bin",
-        "tsumu-lab",
-        "--",
-        "reproduce",
-        "pose-confidence",
-    ];
-    done(cargo(&[&program[..], &piles[..]].concat()))?;
-    done(command("python3", [Path::new("tools/oracle/fit_confidence.py"), &features]))
+    let example = "fit_pose_confidence";
+    done(cargo(&["build", "--release", "--locked", "-p", "pose", "--example", example]))?;
+    let program = built().join("release/examples").join(example).display().to_string();
+    let file = |name: &str| out.join(name).display().to_string();
+    let (fitted, checked) = (file("features-710001.csv"), file("features-810001.csv"));
+    done(command(&program, ["collect", "710001", "2", &fitted]))?;
+    done(command(&program, ["collect", "810001", "1", &checked]))?;
+    done(command(&program, ["fit", &fitted, &checked, &file("confidence.txt")]))
 }

@@ -5,6 +5,7 @@ pub mod bin_parts;
 pub mod convex_parts;
 pub mod dolos;
 pub mod frustum;
+pub mod interlocking;
 pub mod parts;
 pub mod random_union;
 pub mod rotation_group;

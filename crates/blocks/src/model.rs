@@ -3,7 +3,8 @@
 use crate::convex_parts::{ConvexConfig, convex_parts};
 use crate::symmetry::{SymmetryConfig, find_symmetry};
 use crate::{
-    BlockError, antifer, bin_parts, dolos, frustum::square_frustum, rotation_group, tetrapod,
+    BlockError, antifer, bin_parts, dolos, frustum::square_frustum, interlocking, rotation_group,
+    tetrapod,
 };
 use geom::{MeshError, TriMesh, Warning};
 use scene::{
@@ -136,6 +137,10 @@ pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<Block
             let (mesh, parts) = antifer::antifer(size);
             (mesh, parts, rotation_group::cyclic_z(4))
         }
+        Shape::CoreLocLike { size } => interlocking::core_loc_like(size),
+        Shape::XblocLike { size } => interlocking::xbloc_like(size),
+        Shape::AccropodeLike { size } => interlocking::accropode_like(size),
+        Shape::SixLegLike { size } => interlocking::six_leg_like(size),
         Shape::EyeBolt { size } => bin_parts::eye_bolt(size),
         Shape::GearShaft { size } => bin_parts::gear_shaft(size),
         Shape::HoledPlate { size } => bin_parts::holed_plate(size),

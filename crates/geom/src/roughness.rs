@@ -7,9 +7,7 @@
 //! lower part of the places speaks for a region.
 
 use crate::normals::smallest_direction;
-use crate::point_grid::PointGrid;
-use crate::thinning::thin_from_lowest;
-use crate::{Bounds, Mat3, Vec3};
+use crate::{Bounds, Mat3, PointGrid, Vec3, thin_from_lowest};
 use rayon::prelude::*;
 
 /// Places asked at most.
@@ -17,13 +15,13 @@ const MOST_PLACES: usize = 1200;
 /// Points of one patch at most.
 const MOST_POINTS: usize = 160;
 /// Fewest points of a patch: six coefficients and something to spare.
-const FEWEST_POINTS: usize = 14;
+const FEWEST_POINTS: usize = 24;
 /// Radii tried, in spacings.
 const RADII: [f32; 6] = [2.2, 3.0, 4.2, 6.0, 8.5, 12.0];
 /// A patch is at least so many standard deviations wide on each side.
 const WIDE: f32 = 4.5;
 /// Which part of the places speaks for a region: edges and contacts of blocks inflate the others.
-const QUANTILE: f32 = 0.42;
+const QUANTILE: f32 = 0.45;
 /// Fewest places that speak for a region.
 const FEWEST_PLACES: usize = 12;
 

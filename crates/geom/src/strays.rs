@@ -81,7 +81,8 @@ pub fn strays(points: &[DVec3]) -> Strays {
     };
     let is_stray = |part: &Part| {
         let small = (part.count as f64) < SMALL * points.len() as f64;
-        let one_height = part.low.z == part.high.z && 2 * part.count < points.len();
+        let one_height =
+            part.count >= 3 && part.low.z == part.high.z && 2 * part.count < points.len();
         small || one_height
     };
     let stray: Vec<bool> = (0..parts.len()).map(|i| i != main && is_stray(&parts[i])).collect();

@@ -2,8 +2,8 @@
 
 use crate::{DVec3, TriMesh};
 
-/// Triangles that are looked at; on larger meshes evenly chosen ones.
-const LOOKED_AT: usize = 200;
+/// Places that are looked at; on larger meshes one on each of so many evenly chosen triangles.
+const LOOKED_AT: usize = 400;
 
 /// The winding number of the mesh about a point off its surface.
 pub fn winding_number(mesh: &TriMesh, at: DVec3) -> i32 {
@@ -31,24 +31,32 @@ pub struct Sides {
 }
 
 /// A triangle of a closed mesh that has not the inside on one side and the outside on the other: shells that lie in each other,
-/// or one that is turned inside out. `None`: of the triangles looked at, each bounds the solid.
+/// or one that is turned inside out. `None`: at the places looked at, each triangle bounds the solid.
 pub fn shells_in_each_other(mesh: &TriMesh) -> Option<Sides> {
-    let size = f64::from(mesh.bounds().size().max_element());
+    let off_m = f64::from(mesh.bounds().size().max_element()) * 1e-5;
     let count = mesh.triangles.len();
     let step = count.div_ceil(LOOKED_AT).max(1);
+    // Large triangles of a coarse mesh may lie in another shell with a corner alone.
+    let places = (LOOKED_AT / count.max(1)).clamp(1, 40);
     (0..count).step_by(step).find_map(|triangle| {
         let [a, b, c] = mesh.corners(triangle).map(|v| v.as_dvec3());
-        let normal = (b - a).cross(c - a).try_normalize()?;
-        // A place that is on no edge of a neighbouring grid of triangles.
-        let at = a * 0.37 + b * 0.41 + c * 0.22;
-        let off = normal * (size * 1e-5);
-        let sides = Sides {
-            triangle,
-            behind: winding_number(mesh, at - off),
-            before: winding_number(mesh, at + off),
-        };
-        (sides.behind != 1 || sides.before != 0).then_some(sides)
+        let off = (b - a).cross(c - a).try_normalize()? * off_m;
+        (0..places).find_map(|k| {
+            let (v, w) = spread(k);
+            let at = a + (b - a) * v + (c - a) * w;
+            let behind = winding_number(mesh, at - off);
+            let before = winding_number(mesh, at + off);
+            (behind != 1 || before != 0).then_some(Sides { triangle, behind, before })
+        })
     })
+}
+
+/// Places spread evenly over a triangle, none on an edge.
+fn spread(k: usize) -> (f64, f64) {
+    // Roberts' two-dimensional sequence, folded into the triangle.
+    let v = (0.5 + 0.754_877_666_2 * k as f64).fract();
+    let w = (0.41 + 0.569_840_291_0 * k as f64).fract();
+    if v + w > 1.0 { (1.0 - v, 1.0 - w) } else { (v, w) }
 }
 
 #[cfg(test)]

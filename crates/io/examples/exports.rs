@@ -7,6 +7,7 @@ mod clouds;
 #[path = "../tests/files/sample.rs"]
 mod sample;
 
+use io::export_set::{self, ExportSet};
 use io::{dxf, geojson, geopackage, geotiff, glb, ifc, landxml, points};
 use std::path::PathBuf;
 
@@ -37,6 +38,9 @@ fn write(folder: &std::path::Path) -> Result<(), io::IoError> {
         &sample.frame.crs,
         &[sample::surface("design")],
     )?;
+    let maps = [("as-surveyed", sample::raster()), ("deficit-before", sample::raster())];
+    let set = ExportSet { drawing, seed: 7, maps: &maps, surfaces: &["as-surveyed"] };
+    export_set::write_with(&at("set"), &set, &sample::details())?;
     points::write(&at("cloud.laz"), &clouds::sample(120_001))?;
     points::write(&at("cloud.las"), &clouds::sample(1_000))?;
     points::write(&at("cloud.ply"), &clouds::sample(1_000))

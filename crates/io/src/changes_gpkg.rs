@@ -31,7 +31,7 @@ INSERT INTO gpkg_contents (table_name, data_type, identifier) VALUES ('epochs', 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EpochRow {
     /// Number, from 0.
-    pub epoch: usize,
+    pub epoch: u32,
     /// Date of the survey, as the user gives it (ISO 8601 for QGIS).
     pub date: String,
     /// Its name: a run folder or a file.
@@ -54,7 +54,7 @@ pub struct TrackRow {
     /// Name in the catalogue.
     pub model: String,
     /// Epoch it was first seen in.
-    pub first_epoch: usize,
+    pub first_epoch: u32,
 }
 
 /// One block in one epoch.
@@ -63,7 +63,7 @@ pub struct ObservationRow {
     /// Its number in all epochs.
     pub block_id: u32,
     /// The epoch.
-    pub epoch: usize,
+    pub epoch: u32,
     /// Its number in that epoch.
     pub block_in_epoch: Option<u32>,
     /// What happened since the epoch before.
@@ -90,9 +90,9 @@ pub struct ObservationRow {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EpochChanges {
     /// The earlier epoch.
-    pub from: usize,
+    pub from: u32,
     /// The later epoch.
-    pub to: usize,
+    pub to: u32,
     /// One row a block.
     pub rows: Vec<ChangeRow>,
 }
@@ -138,21 +138,10 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
         let [dx, dy, dz] = e.shift_m;
         db.execute(
             "INSERT INTO epochs VALUES (NULL, ?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
-            params![
-                e.epoch as i64,
-                e.date,
-                e.survey,
-                store.crs,
-                e.basis,
-                dx,
-                dy,
-                dz,
-                e.yaw_deg,
-                e.sd_z_m
-            ],
+            params![e.epoch, e.date, e.survey, store.crs, e.basis, dx, dy, dz, e.yaw_deg, e.sd_z_m],
         )?;
     }
-    let date = |epoch: usize| {
+    let date = |epoch: u32| {
         store.epochs.iter().find(|e| e.epoch == epoch).map(|e| e.date.as_str()).unwrap_or_default()
     };
     let mut extents = [Extent::default(); 3];
@@ -168,8 +157,8 @@ fn fill(db: &Connection, store: &Store) -> rusqlite::Result<()> {
                 position.map(|p| point(&p, srs)),
                 b.block_id,
                 b.model,
-                b.first_epoch as i64,
-                last.map(|o| o.epoch as i64),
+                b.first_epoch,
+                last.map(|o| o.epoch),
                 last.map(|o| o.class.as_str())
             ],
         )?;
@@ -207,7 +196,7 @@ fn observation(db: &Connection, o: &ObservationRow, date: &str, srs: i64) -> rus
         params![
             p.map(|p| point(&p, srs)),
             o.block_id,
-            o.epoch as i64,
+            o.epoch,
             date,
             o.block_in_epoch,
             o.class,
@@ -252,8 +241,8 @@ fn change(
         params![
             ends.map(|e| line(&e, srs)),
             row.block_id,
-            between.from as i64,
-            between.to as i64,
+            between.from,
+            between.to,
             date,
             row.model,
             row.class,
@@ -321,15 +310,15 @@ fn head(srs: i64, kind: u32) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    fn store(epochs: usize) -> Store {
+    fn store(epochs: u32) -> Store {
         let epoch =
             |epoch| EpochRow { epoch, date: format!("202{epoch}-05-01"), ..EpochRow::default() };
-        let seen = |epoch: usize| ObservationRow {
+        let seen = |epoch: u32| ObservationRow {
             block_id: 1,
             epoch,
             block_in_epoch: Some(4),
             class: "unchanged".into(),
-            position_m: Some([1.0, 2.0 + epoch as f64, 3.0]),
+            position_m: Some([1.0, 2.0 + f64::from(epoch), 3.0]),
             ..ObservationRow::default()
         };
         Store {

@@ -48,7 +48,7 @@ pub fn read_as_with(
         cloud.append(batch);
         Ok(())
     })?;
-    finish(input.path, cloud, meta, observer)
+    finish(input.path, cloud, meta, options, observer)
 }
 
 /// The cloud thinned to one point in each cube of this edge (in the file's unit) while it is read:
@@ -80,7 +80,7 @@ pub fn read_thinned_with(
     let message =
         format!("{}: {seen} points, {} after thinning to {cell_m} m", path.display(), cloud.len());
     observer.event(Event::Noted { stage: "read", message });
-    finish(path, cloud, meta, observer)
+    finish(path, cloud, meta, options, observer)
 }
 
 /// The points inside a box (the file's coordinates): a part of a large survey. A COPC file is read only where it
@@ -120,7 +120,7 @@ pub fn read_box_with(
             Ok(())
         })?
     };
-    finish(path, cloud, meta, observer)
+    finish(path, cloud, meta, options, observer)
 }
 
 /// Writes `.laz`, `.las` or `.ply`, whole or not at all.
@@ -138,6 +138,16 @@ fn known(path: &Path) -> Result<String, IoError> {
         "las" | "laz" | "ply" | "e57" | "pcd" | "xyz" | "txt" | "csv" | "pts" | "asc" => Ok(kind),
         _ => Err(IoError::UnknownExtension { path: path.into(), known: READABLE }),
     }
+}
+
+/// Batches of a file into `sink`, as they come: nothing is converted, nothing told. What comes back has everything but the points.
+pub fn stream_file(
+    path: &Path,
+    options: &ReadOptions,
+    sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
+) -> Result<RawCloud, IoError> {
+    let kind = known(path)?;
+    stream_with(&mut Input::open(path)?, &kind, options, sink)
 }
 
 /// What the header of a cloud's file says of its coordinates; nothing for text.
@@ -183,6 +193,7 @@ fn finish(
     path: &Path,
     mut cloud: RawCloud,
     meta: RawCloud,
+    options: &ReadOptions,
     observer: &dyn Observer,
 ) -> Result<RawCloud, IoError> {
     cloud.left_out = meta.left_out;
@@ -209,6 +220,9 @@ fn finish(
     cloud.line = cloud.line.filter(|line| line.windows(2).any(|w| w[0] != w[1]));
     cloud.warn_of_rounding(path, observer);
     cloud.warn_of_step(path, observer);
+    if options.without_strays {
+        leave_out_strays(path, &mut cloud, observer);
+    }
     heights_in_metres(path, &mut cloud)?;
     if !cloud.left_out.is_empty() {
         let points = describe(&cloud.left_out);
@@ -219,6 +233,19 @@ fn finish(
         observer.event(Event::Noted { stage: "read", message });
     }
     Ok(cloud)
+}
+
+/// Takes out the points that lie far from all others, and says how many and where.
+fn leave_out_strays(path: &Path, cloud: &mut RawCloud, observer: &dyn Observer) {
+    let strays = geom::strays(&cloud.position);
+    if strays.index.is_empty() {
+        return;
+    }
+    let mut next = strays.index.iter().copied().peekable();
+    let kept: Vec<usize> = (0..cloud.len()).filter(|i| next.next_if_eq(i).is_none()).collect();
+    *cloud = cloud.select(&kept);
+    let message = format!("{}: left out {}", path.display(), strays.describe());
+    observer.event(Event::Warned(geom::Warning { stage: "read", message }));
 }
 
 /// Heights in another unit than metres, or counted downwards, become heights in metres where the file says so.

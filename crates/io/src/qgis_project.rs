@@ -1,7 +1,7 @@
 //! `project.qgz`: opens the GeoPackage and the maps of the same folder in QGIS, styled.
 //!
 //! The project names its coordinate system in full (a code alone leaves it empty) and repeats the renderers (a project does
-//! not look into `layer_styles`).
+//! not look into `layer_styles`). Names of layers have more than ten letters: QGIS makes new ones for shorter.
 
 use crate::drawing::Drawing;
 use crate::landxml::escaped;
@@ -34,7 +34,7 @@ pub fn text(drawing: &Drawing, maps: &[(&str, Raster)]) -> String {
         let source = format!("./project.gpkg|layername={name}");
         let _ = write!(
             tree,
-            "<layer-tree-layer id=\"{name}\" name=\"{title}\" checked=\"Qt::Checked\" expanded=\"0\" providerKey=\"ogr\" source=\"{source}\"/>"
+            "<layer-tree-layer id=\"tsumu_layer_{name}\" name=\"{title}\" checked=\"Qt::Checked\" expanded=\"0\" providerKey=\"ogr\" source=\"{source}\"/>"
         );
         let shape = match kind {
             Kind::Point => "Point",
@@ -43,7 +43,7 @@ pub fn text(drawing: &Drawing, maps: &[(&str, Raster)]) -> String {
         };
         let _ = write!(
             layers,
-            "<maplayer type=\"vector\" geometry=\"{shape}\" labelsEnabled=\"{}\"><id>{name}</id><datasource>{source}</datasource><layername>{title}</layername><srs>{srs}</srs><provider encoding=\"UTF-8\">ogr</provider>{}</maplayer>",
+            "<maplayer type=\"vector\" geometry=\"{shape}\" labelsEnabled=\"{}\"><id>tsumu_layer_{name}</id><datasource>{source}</datasource><layername>{title}</layername><srs>{srs}</srs><provider encoding=\"UTF-8\">ogr</provider>{}</maplayer>",
             u8::from(qgis_style::labelled(name)),
             qgis_style::body(name)
         );
@@ -54,18 +54,18 @@ pub fn text(drawing: &Drawing, maps: &[(&str, Raster)]) -> String {
         let shown = if name == "deficit-before" { "Qt::Checked" } else { "Qt::Unchecked" };
         let _ = write!(
             tree,
-            "<layer-tree-layer id=\"map_{name}\" name=\"{name}\" checked=\"{shown}\" expanded=\"0\" providerKey=\"gdal\" source=\"{source}\"/>"
+            "<layer-tree-layer id=\"tsumu_map_{name}\" name=\"{name}\" checked=\"{shown}\" expanded=\"0\" providerKey=\"gdal\" source=\"{source}\"/>"
         );
         let differences = name.starts_with("deficit");
         let [low, high] = range(map, differences);
         let _ = write!(
             layers,
-            "<maplayer type=\"raster\"><id>map_{name}</id><datasource>{source}</datasource><layername>{name}</layername><srs>{srs}</srs><provider>gdal</provider>{}</maplayer>",
+            "<maplayer type=\"raster\"><id>tsumu_map_{name}</id><datasource>{source}</datasource><layername>{name}</layername><srs>{srs}</srs><provider>gdal</provider>{}</maplayer>",
             qgis_style::raster(differences, low, high)
         );
     }
     format!(
-        "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n<qgis projectname=\"{0}\" version=\"3.22.16\"><title>{0}</title><projectCrs>{srs}</projectCrs><layer-tree-group>{tree}</layer-tree-group><projectlayers>{layers}</projectlayers><properties><Paths><Absolute type=\"bool\">false</Absolute></Paths></properties></qgis>\n",
+        "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n<qgis projectname=\"{0}\" version=\"3.22.16\"><title>{0}</title><projectCrs>{srs}</projectCrs><layer-tree-group>{tree}</layer-tree-group><projectlayers>{layers}</projectlayers><properties><SpatialRefSys><ProjectionsEnabled type=\"int\">1</ProjectionsEnabled></SpatialRefSys><Paths><Absolute type=\"bool\">false</Absolute></Paths></properties></qgis>\n",
         escaped(drawing.name)
     )
 }

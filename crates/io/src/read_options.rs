@@ -9,20 +9,27 @@ pub struct ReadOptions {
     pub leave_out: LeaveOut,
     /// Read the columns `instance`, `model` and `confidence`; a survey's are not used, so that strange ones do no harm.
     pub labels: bool,
+    /// Points far from all others are left out.
+    pub without_strays: bool,
     /// A table of places in plan: heights are not needed, and not read.
     pub plane: bool,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { leave_out: LeaveOut::default(), labels: true, plane: false }
+        Self { leave_out: LeaveOut::default(), labels: true, without_strays: false, plane: false }
     }
 }
 
 impl ReadOptions {
-    /// For a survey: labels are passed over.
+    /// For a survey: labels are passed over, strays left out.
     pub fn survey() -> Self {
-        Self { labels: false, ..Self::default() }
+        Self { labels: false, without_strays: true, ..Self::default() }
+    }
+
+    /// The same with what a site says of a survey.
+    pub fn of_survey(spec: &scene::SurveySpec) -> Self {
+        Self { leave_out: LeaveOut::with(&spec.leave_out, &spec.keep), ..Self::survey() }
     }
 
     /// For a labelled cloud that is compared point by point with another: nothing is left out.

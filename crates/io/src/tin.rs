@@ -13,7 +13,7 @@ pub struct Tin {
 }
 
 /// A grid would have more nodes than this.
-const NODES_LIMIT: f64 = 25e6;
+const NODES_LIMIT: f64 = 10e6;
 
 impl Tin {
     /// From single triangles.

@@ -4,7 +4,7 @@
 //! h_th, R the share of points within h_th.
 
 use geom::{MeshQuery, PointGrid, Vec3};
-use scene::{Catalog, PlacedBlock};
+use scene::{Catalog, PlacedBlock, Recognised};
 use serde::{Deserialize, Serialize};
 
 /// Edge of a cell of the points' grid over the largest block's edge.
@@ -63,9 +63,54 @@ pub fn model_distances_m(
     distance
 }
 
+/// Distance of each point from the surface of the block it belongs to, metres (Fig. 3.21); NaN for points of no block.
+pub fn point_fit_m(points: &[Vec3], blocks: &[Recognised], catalog: &Catalog) -> Vec<f32> {
+    let queries: Vec<_> = catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).ok()).collect();
+    let mut distance = vec![f32::NAN; points.len()];
+    for (block, fit) in blocks.iter().filter_map(|b| Some((b, b.fit()?))) {
+        let Some(Some(query)) = queries.get(fit.model.0 as usize) else { continue };
+        let block_from_site = fit.site_from_block.inverse();
+        for &i in &block.points {
+            if let Some(p) = points.get(i as usize) {
+                let q = block_from_site * *p;
+                distance[i as usize] = (query.nearest(q).0 - q).length();
+            }
+        }
+    }
+    distance
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use geom::{Pose, TriMesh};
+    use scene::{BlockModel, Fit, InstanceId, ModelId, SymmetryGroup};
+
+    #[test]
+    fn a_point_is_as_far_as_its_own_block() {
+        // A tetrahedron with a face in the plane x = 0, at (5, 0, 0).
+        let vertices = vec![Vec3::ZERO, Vec3::Y, Vec3::Z, -Vec3::X];
+        let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+        let model = BlockModel {
+            name: "t".into(),
+            mesh: TriMesh { vertices, triangles },
+            parts: vec![],
+            parts_volume_ratio: 1.0,
+            volume_m3: 1.0 / 6.0,
+            density_kg_m3: 2300.0,
+            centre: Vec3::ZERO,
+            symmetry: SymmetryGroup::trivial(Vec3::ZERO),
+            d_max_m: 1.0,
+            d_box_m: 1.0,
+        };
+        let pose = Pose::from_translation(Vec3::new(5.0, 0.0, 0.0));
+        let fit = Fit::of_pose(ModelId(0), pose);
+        let block = Recognised::of_fit(InstanceId(1), vec![0, 2, 9], fit);
+        let points =
+            [Vec3::new(5.25, 0.2, 0.2), Vec3::new(5.1, 0.2, 0.2), Vec3::new(4.0, 0.0, 0.0)];
+        let got = point_fit_m(&points, &[block], &Catalog::new(vec![model]));
+        assert!((got[0] - 0.25).abs() < 1e-6 && got[1].is_nan() && got[2].abs() < 1e-6, "{got:?}");
+    }
 
     #[test]
     fn by_hand() {

@@ -15,7 +15,7 @@ mod error;
 
 pub use average_precision::{AveragePrecision, ScoredScene, average_precision};
 pub use error::MetricsError;
-pub use fitting::{Fitting, fitting, model_distances_m};
+pub use fitting::{Fitting, fitting, model_distances_m, point_fit_m};
 pub use instances::{DetectionCounts, InstanceScene, iou_pairs, precision_recall, without_hidden};
 pub use labelled_clouds::{
     LabelFigures, Labelled, MatchedLabels, Zero, label_figures, match_labels,

@@ -9,7 +9,7 @@ use crate::change::Class;
 use crate::compare::{CompareConfig, Comparison, compare};
 use crate::dense::zeros;
 use crate::matching::{MatchConfig, matched};
-use crate::single::{Only, judge_all};
+use crate::single::{Only, Single, solids};
 use crate::surface_samples::samples;
 use crate::view::View;
 use crate::{Epoch, MonitorError, SeenBlock, StableGround};
@@ -33,8 +33,11 @@ pub struct AsBuiltConfig {
 
 impl Default for AsBuiltConfig {
     fn default() -> Self {
+        // A crane hardly moves what lies there, but covers much of it: a covered block is not the new one above it.
+        let matching =
+            MatchConfig { gate_blocks: 0.35, move_sd_blocks: 0.1, ..MatchConfig::default() };
         Self {
-            compare: CompareConfig::default(),
+            compare: CompareConfig { matching, ..CompareConfig::default() },
             place_blocks: 0.1,
             place_turn_rad: 0.175,
             gate_blocks: 0.75,
@@ -288,8 +291,16 @@ fn look_for_missing(
     let single = &config.compare.single;
     // The plan shows all of its own surface.
     let own = View::everything();
-    let judged = judge_all(&open, &stated, Only::Earlier, catalog, &samples, &own, &view, single);
-    for change in judged {
+    let solids = solids(catalog);
+    let judge = Single {
+        catalog,
+        samples: &samples,
+        solids: &solids,
+        own: &own,
+        other: &view,
+        config: single,
+    };
+    for change in judge.judge_all(&open, &stated, Only::Earlier) {
         let order = change.earlier_id;
         let Some(block) = blocks.iter_mut().find(|b| b.order == order) else { continue };
         (block.state, block.note) = match change.class {

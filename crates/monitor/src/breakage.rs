@@ -24,16 +24,18 @@ pub struct BreakageConfig {
 
 impl Default for BreakageConfig {
     fn default() -> Self {
-        Self { samples: 900, least_patch_blocks2: 0.02, least_rest: 0.7 }
+        Self { samples: 900, least_patch_blocks2: 0.04, least_rest: 0.7 }
     }
 }
 
-/// Area that is gone, m²; 0 when none is, or when the rest does not fit.
+/// Area that is gone, m²; 0 when none is, or when the rest does not fit. `own` are the earlier points the block explains, where they are
+/// known: a neighbour's points would show surface that was never seen.
 pub(crate) fn gone_m2(
     earlier: &Body,
     later: &Body,
     catalog: &Catalog,
     samples: &[Samples],
+    own: &[Vec3],
     views: [&View; 2],
     config: &BreakageConfig,
 ) -> f64 {
@@ -41,8 +43,14 @@ pub(crate) fn gone_m2(
     let samples = of(samples, earlier.model);
     let before = samples.posed(earlier.pose(model));
     let after = same_reading(earlier, later, catalog);
+    let near_m = views[0].near_m;
+    let grid = (!own.is_empty()).then(|| PointGrid::new(own, near_m));
+    let shows = |p: Vec3| match &grid {
+        Some(grid) => grid.nearest_within(p, near_m).is_some(),
+        None => views[0].has_point(p),
+    };
     let shown: Vec<usize> =
-        before.enumerate().filter(|(_, (p, _))| views[0].has_point(*p)).map(|(i, _)| i).collect();
+        before.enumerate().filter(|(_, (p, _))| shows(*p)).map(|(i, _)| i).collect();
     let at: Vec<(Vec3, Vec3)> = samples.posed(after.pose(model)).collect();
     let looks: Vec<Look> = shown.iter().map(|&i| views[1].look(at[i].0, at[i].1)).collect();
     let through: Vec<Vec3> = shown

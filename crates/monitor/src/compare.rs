@@ -9,9 +9,9 @@ use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
 use crate::matching::{MatchConfig, Pair, matched};
 use crate::motion::{Motion, covariance_at};
 use crate::registration::{self, Basis, CommonMovement, Registration, RegistrationConfig};
-use crate::single::{Only, SingleConfig, judge_all};
+use crate::single::{Only, Single, SingleConfig, Solids, solids};
 use crate::stable::{self, StableGround};
-use crate::surface_samples::samples;
+use crate::surface_samples::{Samples, samples};
 use crate::view::View;
 use crate::{Epoch, MonitorError};
 use geom::{Bounds, DVec3, Observer, Vec3};
@@ -338,46 +338,23 @@ fn detect(
     let later_points: Vec<Vec3> =
         frame.points.par_iter().map(|p| motion.apply(p.as_dvec3()).as_vec3()).collect();
     let views = views(frame, motion, earlier.survey, later.survey, &later_points, catalog);
-    let fine = samples(catalog, config.breakage.samples);
-    let one = |t: &Tested| {
-        let (a, b) = (&frame.earlier[t.pair.earlier], &moved[t.pair.later]);
-        let mut change = judge(t, a, b, catalog, limit, &config.detection);
-        let (seen_a, seen_b) = (&earlier.blocks[a.index], &later.blocks[b.index]);
-        change.earlier_id = Some(seen_a.id);
-        change.later_id = Some(seen_b.id);
-        change.occlusion_earlier = Some(seen_a.occlusion.into());
-        change.occlusion_later = Some(seen_b.occlusion.into());
-        if change.class != Class::Doubtful {
-            let gone = gone_m2(a, b, catalog, &fine, [&views[0], &views[1]], &config.breakage);
-            // What the earlier survey lacks and the later one shows is no break, so only one direction counts.
-            if gone > 0.0 {
-                change.say(&format!(
-                    "{gone:.2} m² of its surface is gone; was {}",
-                    change.class.word()
-                ));
-                change.class = Class::PossiblyBroken;
-                change.gone_m2 = gone;
-            }
-        }
-        change
+    let judged = Judged {
+        catalog,
+        epochs: [earlier, later],
+        fine: samples(catalog, config.breakage.samples),
+        coarse: samples(catalog, config.single.samples),
+        solids: solids(catalog),
+        views,
+        limit,
+        config,
     };
-    let mut changes: Vec<Change> = tested.par_iter().map(one).collect();
+    let one = |t: &Tested| judged.pair(t, &frame.earlier[t.pair.earlier], &moved[t.pair.later]);
+    let mut changes: Vec<Change> = tested.par_iter().flat_map_iter(one).collect();
     stop(observer)?;
-
-    let coarse = samples(catalog, config.single.samples);
-    let alone = |bodies: &'_ [Body], used: Vec<usize>| -> Vec<Body> {
-        let mut taken = vec![false; bodies.len()];
-        used.into_iter().for_each(|i| taken[i] = true);
-        bodies.iter().zip(taken).filter(|(_, t)| !t).map(|(b, _)| b.clone()).collect()
-    };
-    let lost = alone(&frame.earlier, pairs.iter().map(|p| p.earlier).collect());
-    let come = alone(&moved, pairs.iter().map(|p| p.later).collect());
-    let single = |bodies: &[Body], epoch: &Epoch, only, own, other| {
-        let bodies: Vec<&Body> = bodies.iter().collect();
-        judge_all(&bodies, &epoch.blocks, only, catalog, &coarse, own, other, &config.single)
-    };
-    changes.extend(single(&lost, earlier, Only::Earlier, &views[0], &views[1]));
-    changes.extend(single(&come, later, Only::Later, &views[1], &views[0]));
+    let lost = alone(&frame.earlier, pairs.iter().map(|p| p.earlier));
+    let come = alone(&moved, pairs.iter().map(|p| p.later));
+    changes.extend(judged.single(Only::Earlier).judge_all(&lost, &earlier.blocks, Only::Earlier));
+    changes.extend(judged.single(Only::Later).judge_all(&come, &later.blocks, Only::Later));
     Ok(Comparison {
         changes,
         reference: registered.reference,
@@ -387,6 +364,73 @@ fn detect(
         common_error: registered.common_error,
         later_points,
     })
+}
+
+/// Bodies that no pair uses.
+fn alone(bodies: &[Body], used: impl Iterator<Item = usize>) -> Vec<&Body> {
+    let mut taken = vec![false; bodies.len()];
+    used.for_each(|i| taken[i] = true);
+    bodies.iter().zip(taken).filter(|(_, t)| !t).map(|(b, _)| b).collect()
+}
+
+/// Everything the blocks are judged by.
+struct Judged<'a> {
+    catalog: &'a Catalog,
+    epochs: [&'a Epoch<'a>; 2],
+    fine: Vec<Samples>,
+    coarse: Vec<Samples>,
+    solids: Solids,
+    views: [View; 2],
+    limit: f64,
+    config: &'a CompareConfig,
+}
+
+/// From this many block lengths on a pair that moved must have left its old place, or it is two blocks.
+const LEAVES_BLOCKS: f64 = 0.3;
+
+impl Judged<'_> {
+    fn single(&self, only: Only) -> Single<'_> {
+        let (own, other) = match only {
+            Only::Earlier => (&self.views[0], &self.views[1]),
+            Only::Later => (&self.views[1], &self.views[0]),
+        };
+        let (catalog, config) = (self.catalog, &self.config.single);
+        Single { catalog, samples: &self.coarse, solids: &self.solids, own, other, config }
+    }
+
+    /// What became of a matched block: one change, or two where the pair is none.
+    fn pair(&self, tested: &Tested, a: &Body, b: &Body) -> Vec<Change> {
+        let (seen_a, seen_b) = (&self.epochs[0].blocks[a.index], &self.epochs[1].blocks[b.index]);
+        let mut change = judge(tested, a, b, self.catalog, self.limit, &self.config.detection);
+        let size_m = f64::from(self.catalog.get(a.model).d_box_m);
+        let went = matches!(change.class, Class::Moved | Class::Doubtful | Class::Sunk);
+        if went && change.distance_m > LEAVES_BLOCKS * size_m {
+            let old = self.single(Only::Earlier).judge(a, seen_a, Only::Earlier);
+            // Its old place is covered, or shows it still: what was found elsewhere is another block.
+            if old.class == Class::Hidden {
+                return vec![old, self.single(Only::Later).judge(b, seen_b, Only::Later)];
+            }
+        }
+        change.earlier_id = Some(seen_a.id);
+        change.later_id = Some(seen_b.id);
+        change.occlusion_earlier = Some(seen_a.occlusion.into());
+        change.occlusion_later = Some(seen_b.occlusion.into());
+        if change.class != Class::Doubtful {
+            let views = [&self.views[0], &self.views[1]];
+            let cloud = &self.epochs[0].survey.cloud.position_m;
+            let own: Vec<Vec3> =
+                seen_a.points.iter().filter_map(|&i| cloud.get(i as usize).copied()).collect();
+            let breakage = &self.config.breakage;
+            let gone = gone_m2(a, b, self.catalog, &self.fine, &own, views, breakage);
+            if gone > 0.0 {
+                let was = change.class.word();
+                change.say(&format!("{gone:.2} m² of its surface is gone; otherwise {was}"));
+                change.class = Class::PossiblyBroken;
+                change.gone_m2 = gone;
+            }
+        }
+        vec![change]
+    }
 }
 
 fn tested(

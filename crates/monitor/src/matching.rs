@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MatchConfig {
-    /// Largest distance of two centres of one pair, in block lengths.
+    /// Largest distance of two centres of one pair, in block lengths. What went farther is called missing and new: nobody can
+    /// say that it is the same block.
     pub gate_blocks: f64,
     /// Standard deviation of the shift of a block that moved, per axis, in block lengths.
     pub move_sd_blocks: f64,
@@ -29,7 +30,7 @@ pub struct MatchConfig {
 
 impl Default for MatchConfig {
     fn default() -> Self {
-        Self { gate_blocks: 1.25, move_sd_blocks: 0.3, moved_share: 0.1, alone: 1e-4 }
+        Self { gate_blocks: 0.5, move_sd_blocks: 0.3, moved_share: 0.1, alone: 1e-4 }
     }
 }
 

@@ -8,9 +8,11 @@ use crate::body::Body;
 use crate::change::{Change, Class};
 use crate::surface_samples::{Samples, of};
 use crate::view::{Look, Shares, View};
+use geom::{DistanceField, Vec3};
 use rayon::prelude::*;
 use scene::Catalog;
 use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
 
 /// When a block of one epoch only is missing or new.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,33 +41,70 @@ pub(crate) enum Only {
     Later,
 }
 
-/// What became of each block of one epoch; `own` and `other` are the clouds of both epochs in one frame.
-pub(crate) fn judge_all(
-    bodies: &[&Body],
-    blocks: &[SeenBlock],
-    only: Only,
-    catalog: &Catalog,
-    samples: &[Samples],
-    own: &View,
-    other: &View,
-    config: &SingleConfig,
-) -> Vec<Change> {
-    let one = |body: &&Body| {
-        let shares = shares(body, catalog, samples, own, other);
-        verdict(body, &blocks[body.index], only, &shares, config)
-    };
-    bodies.par_iter().map(one).collect()
+/// Everything a single block is judged by.
+pub(crate) struct Single<'a> {
+    pub catalog: &'a Catalog,
+    pub samples: &'a [Samples],
+    pub solids: &'a Solids,
+    /// The clouds of the block's own epoch and of the other one, in one frame.
+    pub own: &'a View,
+    pub other: &'a View,
+    pub config: &'a SingleConfig,
 }
 
-/// What the other epoch says of the surface that the own one shows.
-fn shares(body: &Body, catalog: &Catalog, samples: &[Samples], own: &View, other: &View) -> Shares {
-    let pose = body.pose(catalog.get(body.model));
-    let looks: Vec<Look> = of(samples, body.model)
-        .posed(pose)
-        .filter(|(p, _)| own.has_point(*p))
-        .map(|(p, n)| other.look(p, n))
-        .collect();
-    Shares::of(&looks)
+impl Single<'_> {
+    /// What became of each block.
+    pub fn judge_all(&self, bodies: &[&Body], blocks: &[SeenBlock], only: Only) -> Vec<Change> {
+        bodies.par_iter().map(|body| self.judge(body, &blocks[body.index], only)).collect()
+    }
+
+    /// What the other epoch says of the surface that the own one shows.
+    fn looks(&self, body: &Body) -> Vec<Look> {
+        let pose = body.pose(self.catalog.get(body.model));
+        let looks: Vec<Look> = of(self.samples, body.model)
+            .posed(pose)
+            .filter(|(p, _)| self.own.has_point(*p))
+            .map(|(p, n)| self.other.look(p, n))
+            .collect();
+        let told: Vec<Look> = looks.iter().copied().filter(|l| *l != Look::Nothing).collect();
+        // A plan shows undersides, too, which no sensor would see.
+        let of_plan = self.own.knows_everything() && told.len() >= self.config.least_shown;
+        if of_plan { told } else { looks }
+    }
+
+    /// What became of a block that its own epoch alone shows.
+    pub fn judge(&self, body: &Body, block: &SeenBlock, only: Only) -> Change {
+        let shares = Shares::of(&self.looks(body));
+        let pierced = self.pierced(body);
+        verdict(body, block, only, &shares, pierced, self.config)
+    }
+
+    /// Whether the other epoch has points where the block would be solid.
+    fn pierced(&self, body: &Body) -> bool {
+        let model = self.catalog.get(body.model);
+        let field = self.solids[usize::from(body.model.0)]
+            .get_or_init(|| DistanceField::new(&model.mesh, CELLS, 0.05 * model.d_box_m).ok());
+        let Some(solid) = field else { return false };
+        let pose = body.pose(model);
+        let depth_m = self.other.near_m + DEPTH_BLOCKS * model.d_box_m;
+        let inside = |p: Vec3| solid.distance_m(pose.inverse_transform_point(p)) < -depth_m;
+        let area_m2 = self.other.area_inside_m2(body.centre.as_vec3(), model.d_max_m, inside);
+        area_m2 > PIERCED_BLOCKS2 * model.d_box_m * model.d_box_m
+    }
+}
+
+/// How deep inside a block points must lie, beyond a survey's nearness, in block lengths, and how much of them.
+const DEPTH_BLOCKS: f32 = 0.03;
+const PIERCED_BLOCKS2: f32 = 0.01;
+/// Cells of a distance field along its longest edge.
+const CELLS: usize = 32;
+
+/// Distance fields of all models, each made when a block of its type is first asked about; `None` where a mesh has none.
+pub(crate) type Solids = Vec<OnceLock<Option<DistanceField>>>;
+
+/// None made yet.
+pub(crate) fn solids(catalog: &Catalog) -> Solids {
+    catalog.iter().map(|_| OnceLock::new()).collect()
 }
 
 fn verdict(
@@ -73,6 +112,7 @@ fn verdict(
     block: &SeenBlock,
     only: Only,
     shares: &Shares,
+    pierced: bool,
     config: &SingleConfig,
 ) -> Change {
     let (gone, epoch) = match only {
@@ -82,6 +122,9 @@ fn verdict(
     let judgeable = shares.seen + shares.through + shares.covered;
     let (class, confidence, note) = if shares.count < config.least_shown {
         (Class::Hidden, 0.5, "its own epoch shows too little of it".to_string())
+    } else if pierced {
+        let note = format!("the {epoch} survey has points where it would be solid");
+        (gone, f64::max(0.9, shares.through), note)
     } else if shares.nothing > 0.6 {
         (Class::Hidden, shares.nothing, format!("the {epoch} survey does not reach it"))
     } else if shares.through > config.through && shares.through > 1.5 * shares.covered {

@@ -29,6 +29,7 @@ pub(crate) struct View {
     pub near_m: f32,
     tube_m: f32,
     reach_m: f32,
+    spacing_m: f32,
 }
 
 /// Sensors asked about one place.
@@ -49,13 +50,26 @@ impl View {
         let near_m = (2.5 * noise_sd_m + 0.02 * size_m).max(1.2 * spacing_m);
         let tube_m = (1.2 * spacing_m).clamp(0.02 * size_m, 0.15 * size_m);
         let grid = PointGrid::new(points, near_m.max(tube_m));
-        Self { grid: Some(grid), sensors, kind, near_m, tube_m, reach_m: 1.3 * size_m }
+        Self { grid: Some(grid), sensors, kind, near_m, tube_m, reach_m: 1.3 * size_m, spacing_m }
     }
 
     /// The view of one who knows all of the surface: a plan's.
     pub fn everything() -> Self {
         let kind = SensorKind::default();
-        Self { grid: None, sensors: Vec::new(), kind, near_m: 0.0, tube_m: 0.0, reach_m: 0.0 }
+        Self {
+            grid: None,
+            sensors: Vec::new(),
+            kind,
+            near_m: 0.0,
+            tube_m: 0.0,
+            reach_m: 0.0,
+            spacing_m: 0.0,
+        }
+    }
+
+    /// Whether it is a plan's.
+    pub fn knows_everything(&self) -> bool {
+        self.grid.is_none()
     }
 
     /// Whether points lie within `near_m`.
@@ -65,6 +79,19 @@ impl View {
 
     fn any_within(&self, p: Vec3, radius_m: f32) -> bool {
         self.grid.as_ref().is_none_or(|g| g.nearest_within(p, radius_m).is_some())
+    }
+
+    /// Area of the points within `radius_m` that `is_inside` holds for, each standing for its share of the survey, m².
+    pub fn area_inside_m2(
+        &self,
+        centre: Vec3,
+        radius_m: f32,
+        is_inside: impl Fn(Vec3) -> bool,
+    ) -> f32 {
+        let Some(grid) = &self.grid else { return 0.0 };
+        let mut count = 0_u32;
+        grid.for_each_within(centre, radius_m, |_, p, _| count += u32::from(is_inside(p)));
+        count as f32 * self.spacing_m * self.spacing_m
     }
 
     /// What is known of a place with this outward normal.

@@ -4,7 +4,6 @@
 //! cross-entropy; scores; focal loss on the masks. Pairs of box and point are taken on an even sample of the tile.
 
 use crate::grouping::{Group, Grouping, Lesson, instances, matrix};
-use crate::hungarian::assign;
 use geom::{Bounds, Vec3};
 use net::floats;
 use net::prelude::{Device, Linear, Tensor, TensorData, relu, sigmoid, softplus};
@@ -121,10 +120,14 @@ impl Truth {
                 either += p + q - p * q;
                 cross -= q * p.ln() + (1.0 - q) * (1.0 - p).ln();
             }
-            f64::from(squared / 6.0 - both / either.max(1e-6) + cross / s.max(1) as f32)
+            let sum = squared / 6.0 - both / either.max(1e-6) + cross / s.max(1) as f32;
+            // A training that diverges is told by its loss, one step later.
+            if sum.is_finite() { f64::from(sum) } else { 1e9 }
         };
-        let row = |t: usize| (0..BOXES).map(|b| cost(t, b)).collect();
-        assign(&(0..self.corners.len()).map(row).collect::<Vec<_>>())
+        let count = self.corners.len();
+        let table: Vec<f64> = (0..count * BOXES).map(|i| cost(i / BOXES, i % BOXES)).collect();
+        let found = lsap::solve(count, BOXES, &table, false);
+        found.expect("finite costs, and never more instances than boxes").1
     }
 }
 

@@ -9,7 +9,6 @@ mod ball_query;
 mod bonet;
 mod error;
 mod grouping;
-mod hungarian;
 mod network;
 mod point_group;
 mod sgpn;

@@ -133,7 +133,7 @@ mod tests {
         for ball in 0..3 {
             let centre = Vec3::new(2.6 * ball as f32, rng.random::<f32>(), 0.0);
             scene.centre_m.push(centre);
-            for _ in 0..150 {
+            for _ in 0..400 {
                 let mut draw = || rng.random_range(-1.0_f32..1.0);
                 let out = Vec3::new(draw(), draw(), draw()).normalize_or(Vec3::X);
                 scene.position_m.push(centre + out);
@@ -181,9 +181,9 @@ mod tests {
         let scenes: Vec<ThinScene> = (0..6).map(balls).collect();
         let folder = tempfile::tempdir().unwrap();
         let config = PeerConfig {
-            points: 256,
+            points: 700,
             replicas: 1,
-            ..PeerConfig::new(Method::PointGroup, Backbone::SparseUnet, 120)
+            ..PeerConfig::new(Method::PointGroup, Backbone::SparseUnet, 250)
         };
         let (peer, _) = train(&scenes, &config, folder.path(), SeedTree::new(1), &Silent).unwrap();
         let tile = balls(99).tile(10_000, 0.0, false, SeedTree::new(4));

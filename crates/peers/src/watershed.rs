@@ -182,12 +182,18 @@ mod tests {
         let points = plates(&[(0.0, 0.0, 0.0), (1.5, 0.0, 0.0), (0.0, 1.0, 0.4)]);
         let groups = watershed(&points, &WatershedConfig::default());
         assert_eq!(groups.len(), 3);
-        for g in &groups {
-            let first = g.points[0] / 625;
-            assert!(
-                g.points.iter().filter(|p| **p / 625 == first).count() * 10 > g.points.len() * 9
-            );
-        }
+        // The rim of the plate below may go to the one above; nine points of ten are of one plate, each plate once.
+        let mut plates: Vec<u32> = groups
+            .iter()
+            .map(|g| {
+                let of = |k: u32| g.points.iter().filter(|p| **p / 625 == k).count();
+                let most = (0..3).max_by_key(|k| of(*k)).unwrap();
+                assert!(of(most) * 10 > g.points.len() * 9);
+                most
+            })
+            .collect();
+        plates.sort_unstable();
+        assert_eq!(plates, [0, 1, 2]);
     }
 
     #[test]

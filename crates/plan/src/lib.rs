@@ -45,7 +45,8 @@ pub use obstacles::with_obstacles;
 pub use quantities::section_quantities;
 pub use site::{PlanInput, block_to_place, check_extent};
 pub use surfaces::{
-    CrossSection, Surfaces, SurfacesInput, cross_sections, design_lines, point_deficits_m, surfaces,
+    CrossSection, Surfaces, SurfacesInput, cross_sections, cross_sections_every, design_lines,
+    point_deficits_m, surfaces, works_line,
 };
 pub use uncertainty::{
     Percentiles, PlanVariant, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,

@@ -117,9 +117,26 @@ pub fn point_deficits_m(input: &SurfacesInput) -> Vec<f32> {
 
 /// Cuts across the works at round distances, at most eight.
 pub fn cross_sections(input: &SurfacesInput, surfaces: &Surfaces) -> Vec<CrossSection> {
+    let (line, ..) = spine(input.design);
+    let length_m: f64 = line.windows(2).map(|w| distance(w[0], w[1])).sum();
+    cross_sections_every(input, surfaces, round_up(length_m / MOST_SECTIONS))
+}
+
+/// The line chainages run along, site coordinates, and how far the works reach left and right of it, metres: the alignment of
+/// a section, the long middle of anything else.
+pub fn works_line(design: &DesignSurface) -> (Vec<[f64; 2]>, [f64; 2]) {
+    let (line, left_m, right_m) = spine(design);
+    (line, [left_m, right_m])
+}
+
+/// Cuts across the works every `step_m` metres, which must be above 0, but not at their very ends.
+pub fn cross_sections_every(
+    input: &SurfacesInput,
+    surfaces: &Surfaces,
+    step_m: f64,
+) -> Vec<CrossSection> {
     let (line, left_m, right_m) = spine(input.design);
     let length_m: f64 = line.windows(2).map(|w| distance(w[0], w[1])).sum();
-    let step_m = round_up(length_m / MOST_SECTIONS);
     let count = ((length_m / step_m).ceil() as usize).saturating_sub(1);
     (1..=count)
         .filter_map(|k| {

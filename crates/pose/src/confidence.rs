@@ -3,7 +3,7 @@
 //! A logistic function of a few features. The features are pure numbers, so that one function serves blocks of all
 //! sizes; half of them compare a block with its neighbours and rivals, the others say how good it is by itself, because a
 //! fault that all blocks of a survey share shows in no comparison. The weights are fitted by the example
-//! `fit_confidence` to piles of several shapes and sensors and to scenes without any of the blocks looked for.
+//! `fit_pose_confidence` to piles of several shapes and sensors and to scenes without any of the blocks looked for.
 
 use std::sync::LazyLock;
 
@@ -81,7 +81,7 @@ pub const NAMES: [&str; TERMS] = [
     "in-a-plane",
 ];
 
-/// Weights as fitted by the example `fit_confidence`; the file says to what.
+/// Weights as fitted by the example `fit_pose_confidence`; the file says to what.
 const FITTED: &str = include_str!("../fitted/confidence.txt");
 /// Other poses explain this much of most well held blocks' points too.
 const RIVAL_FREE: f32 = 0.5;
@@ -92,28 +92,29 @@ const TYPE_SLOPE: f32 = 0.1;
 const TYPE_GROWTH: f32 = 0.0025;
 
 impl Features {
-    /// What the logistic function is linear in, in the order of [`NAMES`].
+    /// What the logistic function is linear in, in the order of [`NAMES`]. Good is good enough: beyond where
+    /// right blocks of poor surveys lie (under sand, smoothed, hidden to most) better features say nothing more.
     pub fn terms(&self) -> [f32; TERMS] {
         [
             1.0,
             self.area.max(0.01).ln().min(-1.0),
-            self.fit,
+            self.fit.min(0.85),
             self.own,
-            self.agreement,
+            self.agreement.min(0.9),
             self.against.clamp(0.0, 2.0),
             self.shared.clamp(0.0, 0.5),
-            self.turn_sd.max(self.shift_sd).max(0.02).ln().clamp(-3.0, 1.0),
+            self.turn_sd.max(self.shift_sd).max(0.02).ln().clamp(-2.0, 1.0),
             self.rough.max(1e-3).ln().clamp(0.0, 1.5),
-            (self.rival - RIVAL_FREE).clamp(0.0, 0.7),
-            self.noisy.max(1e-3).ln().clamp(-0.5, 1.5),
-            self.shell,
-            self.off.max(1e-4).ln().clamp(-5.5, -3.0),
-            self.bias.max(1e-4).ln().clamp(-6.0, -3.0),
-            self.covered,
+            (self.rival - RIVAL_FREE).clamp(0.3, 0.7),
+            self.noisy.max(1e-3).ln().clamp(0.25, 1.5),
+            self.shell.min(0.85),
+            self.off.max(1e-4).ln().clamp(-4.4, -3.0),
+            self.bias.max(1e-4).ln().clamp(-5.0, -3.0),
+            self.covered.min(0.9),
             self.hollow.min(0.3),
-            self.scale.min(0.1),
-            self.around,
-            self.explained,
+            self.scale.clamp(0.02, 0.1),
+            self.around.min(0.6),
+            self.explained.min(0.3),
             f32::from(u8::from(self.in_a_plane)),
         ]
     }
@@ -169,18 +170,18 @@ mod tests {
     fn better_features_never_lower_it() {
         let plain = Features {
             area: 0.2,
-            fit: 0.8,
+            fit: 0.7,
             own: 0.9,
-            agreement: 0.9,
+            agreement: 0.8,
             against: 0.1,
             shared: 0.01,
             shift_sd: 0.05,
-            turn_sd: 0.2,
+            turn_sd: 0.5,
             rough: 1.3,
             rival: 0.8,
             type_margin: 5.0,
             noisy: 1.3,
-            shell: 0.8,
+            shell: 0.7,
             off: 0.012,
             bias: 0.01,
             covered: 0.85,
@@ -193,10 +194,10 @@ mod tests {
         let base = plain.confidence();
         for better in [
             Features { area: 0.3, ..plain },
-            Features { fit: 0.9, ..plain },
-            Features { agreement: 0.97, ..plain },
+            Features { fit: 0.8, ..plain },
+            Features { agreement: 0.87, ..plain },
             Features { shared: 0.0, ..plain },
-            Features { turn_sd: 0.1, ..plain },
+            Features { turn_sd: 0.3, ..plain },
             Features { rival: 0.55, ..plain },
             Features { shell: 0.95, ..plain },
             Features { bias: 0.005, ..plain },

@@ -42,8 +42,6 @@ pub struct Context<'a> {
     typical_m: f32,
     /// What each block is by itself.
     absolute: Vec<Absolute>,
-    /// The size that fits all blocks best.
-    pub size: Option<CommonSize>,
     shells: Shells,
     /// Share of the points that blocks explain, those of the bed aside.
     explained: f32,
@@ -86,9 +84,15 @@ impl<'a> Context<'a> {
                 Absolute::of(block, shell, template, measured, reach_m(measured, template, config))
             })
             .collect();
-        let size = common_size(&absolute);
         let explained = shells.explained_by(|_| true);
-        Self { blocks, pool, templates, measured, typical_m, absolute, size, shells, explained }
+        Self { blocks, pool, templates, measured, typical_m, absolute, shells, explained }
+    }
+
+    /// The size that fits the blocks for which `counts` holds best.
+    pub fn size_of(&self, counts: impl Fn(usize) -> bool) -> Option<CommonSize> {
+        let all = self.absolute.iter().enumerate();
+        let of: Vec<Absolute> = all.filter(|(entry, _)| counts(*entry)).map(|(_, a)| *a).collect();
+        common_size(&of)
     }
 
     /// Share of what stands above the bed that the blocks for which `counts` holds explain.

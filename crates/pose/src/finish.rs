@@ -150,14 +150,15 @@ pub fn statement(
     let model = template.model;
     let sample = fit_points(survey, measured, &points);
     let distance = |template: &Template, at: &CentredPose| distance_m(template, at, &sample);
-    let covariance = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
-    let features = context.features(
-        entry,
-        &points,
-        distance(template, &block.at),
-        covariance.as_ref(),
-        config,
-    );
+    let held = covariance(&template.fit_model(), &sample, &block.at, measured.noise_sd_m);
+    let features =
+        context.features(entry, &points, distance(template, &block.at), held.as_ref(), config);
+    // A survey's own shift is in every place it gives.
+    let common = survey.sensor.noise_sd_m(model.d_max_m).powi(2);
+    let covariance = held.map(|mut held| {
+        (0..3).for_each(|axis| held[axis * 7] += common);
+        Covariance::new(held)
+    });
     let fit = Fit {
         model: template.id,
         site_from_block: model.symmetry.canonical(&block.at.pose(model.centre)),
@@ -166,21 +167,14 @@ pub fn statement(
         fitness_m: Some(distance(template, &block.at)),
         runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
         occlusion: Some(1.0 - visible_share(template, &block.at, measured)),
-        covariance: covariance.map(Covariance::new),
+        covariance,
     };
     let verdict = Verdict::NotJudged(Guess::Fit(fit));
     (Recognised { block: InstanceId(0), points, verdict }, features)
 }
 
-/// Blocks of a significantly wrong size are this sure at most.
-const WRONG_SIZE_CONFIDENCE: f32 = 0.4;
-
-/// Gives all statements of a pile their confidence and decides which of them, and which types, stand.
-pub fn judge(
-    statements: &mut [(Recognised, Option<Features>)],
-    wrong_size: bool,
-    config: &EvidenceConfig,
-) {
+/// Gives all statements of a pile their confidence.
+pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &EvidenceConfig) {
     for (block, features) in statements {
         let (Some(features), Some(mut fit)) = (features, block.fit().cloned()) else { continue };
         let type_confidence = type_confidence(features);
@@ -188,12 +182,29 @@ pub fn judge(
         // What is not stated cannot be wrong: the type counts where it is judged.
         let confidence =
             features.confidence() * if fit.type_judged { type_confidence } else { 1.0 };
-        let most = if wrong_size { WRONG_SIZE_CONFIDENCE } else { 1.0 };
-        let confidence = confidence.min(most);
-        fit.confidence = Some(confidence);
+        // What nothing holds may be anywhere.
         let held =
             features.shift_sd.is_finite() && block.points.len() >= crate::search::FEWEST_POINTS;
-        block.verdict = if held && confidence >= config.min_confidence {
+        fit.confidence = Some(if held { confidence } else { 0.0 });
+        block.verdict = Verdict::NotJudged(Guess::Fit(fit));
+    }
+}
+
+/// Blocks of a significantly wrong size are this sure at most.
+const WRONG_SIZE_CONFIDENCE: f32 = 0.4;
+
+/// Decides which statements stand; none does where the size is wrong.
+pub fn state(
+    statements: &mut [(Recognised, Option<Features>)],
+    wrong_size: bool,
+    config: &EvidenceConfig,
+) {
+    let most = if wrong_size { WRONG_SIZE_CONFIDENCE } else { 1.0 };
+    for (block, _) in statements {
+        let Some(mut fit) = block.fit().cloned() else { continue };
+        let confidence = fit.confidence.unwrap_or(0.0).min(most);
+        fit.confidence = Some(confidence);
+        block.verdict = if confidence >= config.min_confidence {
             Verdict::Stated(fit)
         } else {
             Verdict::NotJudged(Guess::Fit(fit))

@@ -168,8 +168,8 @@ pub fn fit(
 const PIECE: f32 = 0.4;
 /// How far whole pieces are off by what no survey shows of itself (roughness of the block, registration): this part of
 /// the noise and this part of d_max.
-const PIECE_NOISE: f32 = 0.5;
-const PIECE_D_MAX: f32 = 0.002;
+const PIECE_NOISE: f32 = 0.25;
+const PIECE_D_MAX: f32 = 0.001;
 
 /// Covariance of a fitted pose — (tx, ty, tz, rx, ry, rz) about the block's centre, site axes, row-major — from the
 /// curvature at the solution and the residuals; `None` when the points leave a direction free.

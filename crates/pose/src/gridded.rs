@@ -56,14 +56,14 @@ mod tests {
 
     #[test]
     fn cells_across_an_edge_go_and_indices_come_back() {
-        // Two levels a metre apart, one column of cells between them at half the height.
+        // Two levels a metre apart, one column of cells between them at less than half the height.
         let mut points = Vec::new();
-        for j in 0..30 {
+        for j in 0..60 {
             for i in 0..30 {
                 let z = if i < 15 {
                     0.0
                 } else if i == 15 {
-                    0.5
+                    0.4
                 } else {
                     1.0
                 };
@@ -74,10 +74,10 @@ mod tests {
         let lattice = Lattice::of(&survey.cloud.position_m).unwrap();
         assert_eq!(lattice.rule, Some(CellRule::Mean));
         let gridded = Gridded::new(&survey, &lattice);
-        assert_eq!(gridded.index.len(), 30 * 29);
+        assert_eq!(gridded.index.len(), 60 * 29);
         let mut last = vec![gridded.index.len() as u32 - 1];
         gridded.whole(&mut last);
-        assert_eq!(last, [899]);
+        assert_eq!(last, [1799]);
         assert!(gridded.error_rms_m() < 0.02);
     }
 }

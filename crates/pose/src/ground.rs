@@ -2,8 +2,8 @@
 //!
 //! The lowest points of a survey lie on a bed, or on the lowest blocks of a pile whose bed nobody measured. A plane
 //! through them is good enough to tell where blocks need not be looked for. Whether it is a bed is known only after a
-//! first recognition: it may have what no well-held block explains, blocks that reach through it contradict it where
-//! they lie, and what lies below it is hidden, not solid. Once a plane invented from the lowest blocks cost a third of
+//! first recognition: it may have what no well-held block explains, where that is level; and what lies below it is
+//! hidden, not solid. Once a plane invented from the lowest blocks cost a third of
 //! the blocks of piles without a bed.
 
 use crate::EvidenceConfig;
@@ -37,6 +37,8 @@ pub struct Ground {
     pub explained: Vec<f32>,
     /// Working points where no block is looked for: the bed's own and, on a bed that shows itself, all that are as low.
     pub skipped: Vec<bool>,
+    /// Whether most points at its height lie on level pieces: of a plane through blocks hardly any do.
+    pub seen: bool,
     /// Area it was measured on, m².
     pub area_m2: f32,
 }
@@ -49,8 +51,6 @@ const FEWEST_ON_IT: usize = 10;
 const BELOW: usize = 50;
 /// A bed has points for so many blocks' lengths squared at least.
 const SMALLEST_AREA: f32 = 1.0;
-/// A bed that more than this part of the well-held blocks reach through is none.
-const MOST_THROUGH: f32 = 0.2;
 /// What a well-held block adds at least, in halves of its surface.
 const HELD_GAIN: f32 = 0.12;
 /// Share of its surface that ought to be seen and is.
@@ -143,43 +143,23 @@ pub fn after_recognition(
         Some(stated) => stated,
         None => lowest_plane(&position, smallest, measured.noise_sd_m)?,
     };
-    let reaches_through = |c: &Candidate| {
-        let template = &templates[c.template];
-        let site_from_block = c.at.pose(template.model.centre);
-        let depth = |&(p, _): &(Vec3, Vec3)| bed.plane.distance_m(site_from_block * p);
-        let deepest = template.surface.iter().map(depth).fold(f32::INFINITY, f32::min);
-        deepest < -bed.relief_m - 0.25 * template.model.d_max_m
-    };
-    let through: Vec<&Candidate> = held.iter().copied().filter(|c| reaches_through(c)).collect();
-    let stated = measured.stated_bed.is_some();
-    if !stated && through.len() as f32 > MOST_THROUGH * held.len() as f32 {
-        return None;
-    }
-    let through: Vec<Vec3> = through.iter().map(|c| c.at.centre).collect();
-    let shown =
-        |p: Vec3| stated || through.iter().all(|c| (*c - p).truncate().length() > 1.5 * smallest);
-    let ground = ground(bed, &free, measured, reach_m(measured, &templates[0], config), shown);
-    (stated || ground.area_m2 > SMALLEST_AREA * smallest * smallest).then_some(ground)
+    let ground = ground(bed, &free, measured, reach_m(measured, &templates[0], config));
+    let large = ground.area_m2 > SMALLEST_AREA * smallest * smallest;
+    (measured.stated_bed.is_some() || ground.seen && large).then_some(ground)
 }
 
 /// A first guess: whatever is as low as the plane through the lowest points is not searched at first.
 pub fn guess(bed: Bed, measured: &Measured, reach_m: f32) -> Ground {
     let all: Vec<u32> = (0..measured.position.len() as u32).collect();
-    let mut ground = ground(bed, &all, measured, reach_m, |_| true);
+    let mut ground = ground(bed, &all, measured, reach_m);
     for (skipped, &p) in ground.skipped.iter_mut().zip(&measured.position) {
         *skipped |= bed.plane.distance_m(p) < bed.depth_m(reach_m);
     }
     ground
 }
 
-/// Where the plane shows among these working points: on level pieces half a block wide and more, and where `shown`.
-fn ground(
-    bed: Bed,
-    of: &[u32],
-    measured: &Measured,
-    reach_m: f32,
-    shown: impl Fn(Vec3) -> bool,
-) -> Ground {
+/// Where the plane shows among these working points: on level pieces half a block wide and more.
+fn ground(bed: Bed, of: &[u32], measured: &Measured, reach_m: f32) -> Ground {
     let depth_m = bed.depth_m(reach_m);
     let d_max_m = measured.smallest_d_max_m;
     let stones_m = depth_m.max(STONES * d_max_m);
@@ -194,7 +174,7 @@ fn ground(
         let off = height_m / depth_m;
         let normal = measured.normal[i as usize];
         let facing = if normal == Vec3::ZERO { 0.6 } else { normal.dot(bed.plane.normal) };
-        if off >= 1.0 || !shown(p) {
+        if off >= 1.0 {
             continue;
         }
         low[i as usize] = true;
@@ -209,7 +189,7 @@ fn ground(
     // Stones and gaps belong to a bed that is seen; under blocks seen from above nothing is level.
     let seen = level_on as f32 > SEEN_SHARE * on as f32;
     let skipped = (0..low.len()).map(|i| explained[i] > 0.0 || seen && low[i]).collect();
-    Ground { explained, skipped, area_m2: level_on as f32 * measured.point_area_m2 }
+    Ground { explained, skipped, seen, area_m2: level_on as f32 * measured.point_area_m2 }
 }
 
 /// Columns over the plan: where nearly all points lie on the plane.

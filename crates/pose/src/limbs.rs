@@ -115,11 +115,11 @@ mod tests {
     }
 
     #[test]
-    fn tetrapods_have_four_legs_and_cubes_none() {
+    fn tetrapods_have_four_legs_dolosse_two_flukes_and_cubes_none() {
         for (shape, legs) in [
             (Shape::Tetrapod { size: 2.0 }, 4),
             (Shape::Cube { size: 1.6 }, 0),
-            (Shape::Dolos { size: 2.0 }, 4),
+            (Shape::Dolos { size: 2.0 }, 2),
         ] {
             let catalog = block(shape);
             let templates = templates(&catalog, &PoseConfig::default(), SeedTree::new(1)).unwrap();
@@ -152,7 +152,8 @@ mod tests {
                 let local = back * p;
                 let near = |k: usize| (local - tips[k]).length();
                 let of = (0..tips.len()).min_by(|&a, &b| near(a).total_cmp(&near(b)));
-                let gone = broken == of && near(of.unwrap()) < 0.45 && hit.is_some();
+                let far = (local - template.model.centre).length() > 0.5 * template.model.d_max_m;
+                let gone = broken == of && far && hit.is_some();
                 points.push(if gone { Vec3::new(x, y, -0.2) } else { p });
             }
             let survey = Survey { cloud: PointCloud::from_positions(points), ..Default::default() };

@@ -12,18 +12,22 @@ use crate::finish::{Accepted, judge, other_type, refine, statement};
 use crate::ground::{Bed, Ground};
 use crate::levelling::level;
 use crate::limbs::{Limb, judge_limbs};
-use crate::measured::Measured;
+use crate::measured::{Measured, noise_of_m};
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
 use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
 use crate::verdict::{PileVerdict, is_wrong};
-use crate::{EvidenceConfig, Method, Places, PoseConfig, PoseError, ground, leftovers, thesis};
+use crate::{
+    EvidenceConfig, Method, Places, PoseConfig, PoseError, finish, ground, leftovers, thesis,
+};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, Fit, Guess, InstanceId, Recognised, Segmentation, Survey, Verdict};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const STAGE: &str = "pose";
+/// Blocks at least so sure tell the common size.
+const LIKELY: f32 = 0.3;
 
 /// Recognises the blocks of a survey from its segmentation. The same points and blocks give the same result in whatever
 /// order points, lines, hypotheses and catalogue entries come, and whatever the seed, of which only callers' signatures
@@ -363,11 +367,15 @@ impl Stage<'_> {
         };
         let mut found: Vec<(Recognised, Option<Features>)> =
             blocks.par_iter().enumerate().zip(points).map(state).collect();
-        judge(&mut found, context.size.filter(is_wrong).is_some(), config);
+        judge(&mut found, config);
+        // Of the blocks that are likely to be some: junk has any size.
+        let confidence = |entry: usize| found[entry].0.fit().and_then(|f| f.confidence);
+        let size = context.size_of(|entry| confidence(entry).is_some_and(|c| c >= LIKELY));
+        finish::state(&mut found, size.as_ref().is_some_and(is_wrong), config);
         let mut pile = PileVerdict {
             explained: context.explained_by(|entry| found[entry].0.is_stated()),
             stated: found.iter().filter(|f| f.0.is_stated()).count(),
-            size: context.size,
+            size,
             not_a_block: 0,
             viewpoint: measured.viewpoint,
         };
@@ -512,7 +520,7 @@ fn measure(
     let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
     let model = smallest.expect("templates are made of a catalogue that is not empty").model;
     let noise_sd_m =
-        config.noise_sd_m.or(scatter_m).unwrap_or_else(|| survey.sensor.noise_sd_m(model.d_max_m));
+        config.noise_sd_m.or(scatter_m).unwrap_or_else(|| noise_of_m(survey, model.d_max_m));
     let cell_m = config.search.working_cell * model.d_max_m;
     let survey_m = survey.cloud.bounds().size().max_element();
     let wrong =

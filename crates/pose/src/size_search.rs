@@ -181,7 +181,6 @@ impl Look<'_> {
         let d_max = template.model.d_max_m;
         let cell_m = self.config.search.working_cell * d_max;
         let noise = self.noise_sd_m / factor;
-        // No bed: one guessed for blocks of a wrong size would forbid the right one.
         let measured = Measured::new(&smaller, cell_m, d_max, noise, None);
         let tasks = self.places(&measured, d_max);
         let mut config = self.config.clone();

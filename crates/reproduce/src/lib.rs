@@ -4,6 +4,7 @@
 //! weights, so that anybody can make it again. No algorithm of the pipeline lives here: an experiment makes scenes,
 //! calls stages with the settings it compares, and asks `metrics`.
 
+mod as_built;
 mod bin_data;
 mod bin_kept;
 mod bin_parts;
@@ -115,6 +116,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     planning_tables::EXPERIMENT,
     planning_policies::EXPERIMENT,
     monitoring::EXPERIMENT,
+    as_built::EXPERIMENT,
 ];
 
 /// The experiment of that name.

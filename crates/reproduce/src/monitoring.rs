@@ -7,6 +7,7 @@ use monitor::{CompareConfig, Epoch, StableGround, compare};
 use pipeline::{Config, Recogniser};
 use scene::{Catalog, Recognised, Survey};
 use segment::SegmentModel;
+use serde::{Serialize, de::DeserializeOwned};
 use synth::SynthScene;
 use synth::then::{Datum, NextEpoch, Storm, Then, then};
 
@@ -112,7 +113,7 @@ impl EpochPair {
 }
 
 /// A datum step of some centimetres and hundredths of a degree.
-fn datum(seed: SeedTree) -> Datum {
+pub(crate) fn datum(seed: SeedTree) -> Datum {
     use rand::RngExt;
     let mut rng = seed.rng();
     let shift_m = std::array::from_fn(|_| rng.random_range(-0.06..0.06_f32));
@@ -124,7 +125,7 @@ pub(crate) fn shown(datum: &Datum, p: Vec3) -> Vec3 {
     geom::Quat::from_rotation_z(datum.yaw_deg.to_radians()) * p + Vec3::from_array(datum.shift_m)
 }
 
-fn recognised(
+pub(crate) fn recognised(
     bench: &Bench,
     survey: &Survey,
     catalog: &Catalog,
@@ -135,18 +136,18 @@ fn recognised(
     Ok(recogniser.recognise(survey)?.blocks)
 }
 
-/// What an earlier run of the experiment recognised, or a new recognition that the next run finds.
-fn kept(
+/// What an earlier run of the experiment left, or made now and left for the next.
+pub(crate) fn kept<T: Serialize + DeserializeOwned>(
     file: &std::path::Path,
-    make: impl FnOnce() -> Result<Vec<Recognised>, ReproduceError>,
-) -> Result<Vec<Recognised>, ReproduceError> {
+    make: impl FnOnce() -> Result<T, ReproduceError>,
+) -> Result<T, ReproduceError> {
     let failed = |source| ReproduceError::File { file: file.display().to_string(), source };
     if let Ok(text) = std::fs::read_to_string(file) {
         return serde_json::from_str(&text).map_err(|e| failed(e.into()));
     }
-    let blocks = make()?;
-    let text = serde_json::to_string(&blocks).map_err(|e| failed(e.into()))?;
+    let value = make()?;
+    let text = serde_json::to_string(&value).map_err(|e| failed(e.into()))?;
     let aside = file.with_extension("part");
     std::fs::write(&aside, text).and_then(|()| std::fs::rename(&aside, file)).map_err(failed)?;
-    Ok(blocks)
+    Ok(value)
 }

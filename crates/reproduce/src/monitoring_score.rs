@@ -36,12 +36,12 @@ pub(crate) struct Share {
 }
 
 impl Share {
-    fn count(&mut self, hit: bool) {
+    pub fn count(&mut self, hit: bool) {
         self.hits += usize::from(hit);
         self.of += 1;
     }
 
-    fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let share = (self.of > 0).then(|| self.hits as f64 / self.of as f64);
         format!("{} ({}/{})", percent(share), self.hits, self.of)
     }
@@ -199,7 +199,8 @@ impl Score {
     }
 }
 
-fn median(values: &[f64]) -> f64 {
+/// Middle value; NaN of nothing.
+pub(crate) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
@@ -226,11 +227,12 @@ impl<'a> Truth<'a> {
     /// Whether the block moved farther than any pair may.
     fn went_far(&self, pair: &EpochPair, event: &TrueChange) -> bool {
         let size = pair.catalog.get(event.model).d_box_m;
-        event.earlier.is_some() && event.later.is_some() && event.shift_m.length() > 0.7 * size
+        event.earlier.is_some() && event.later.is_some() && event.shift_m.length() > 0.5 * size
     }
 }
 
-fn known<'a>(
+/// Recognised blocks with their true pose, each with its event.
+pub(crate) fn known<'a>(
     recognised: &[Recognised],
     truth: &[PlacedBlock],
     catalog: &Catalog,

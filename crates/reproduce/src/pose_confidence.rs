@@ -1,7 +1,6 @@
 //! Is a confidence what it says? Reliability on fresh scenes of all six sets, with the network's segments and with none.
 //!
-//! Leaves `pose-features.csv` in the folder: the features of every block and whether it was right, which
-//! `tools/oracle/fit_confidence.py` fits the confidence to.
+//! Leaves `pose-features.csv` in the folder: the features of every block and whether it was right.
 
 use crate::pose_judge::{no_segments, truths};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets};

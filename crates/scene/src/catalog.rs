@@ -1,5 +1,7 @@
 //! What `catalog.toml` says, before it becomes a [`crate::Catalog`].
 
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -17,8 +19,9 @@ pub struct CatalogSpec {
 pub struct BlockSpec {
     /// Name used in every output.
     pub name: String,
-    /// A built-in shape; exactly one of `shape` and `mesh` is given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// A built-in shape, by kind and size (`{ kind = "tetrapod", size = 2.0 }`) or by name (`"tetrapod 5t"`); exactly one of `shape`
+    /// and `mesh` is given.
+    #[serde(default, deserialize_with = "shape_or_name", skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
     /// Path of an STL, OBJ or PLY file, relative to the catalogue file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -29,6 +32,27 @@ pub struct BlockSpec {
     /// Density, kg/m³ (concrete 2300).
     #[serde(default = "concrete_density")]
     pub density_kg_m3: f32,
+}
+
+/// A table is read as it always was, so that its messages stay; a text is a name.
+fn shape_or_name<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Shape>, D::Error> {
+    struct Either;
+    impl<'de> Visitor<'de> for Either {
+        type Value = Shape;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("a shape like { kind = \"tetrapod\", size = 2.0 } or \"tetrapod 5t\"")
+        }
+
+        fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<Shape, E> {
+            crate::shape_of_name(name).map_err(E::custom)
+        }
+
+        fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Shape, M::Error> {
+            Shape::deserialize(MapAccessDeserializer::new(map))
+        }
+    }
+    source.deserialize_any(Either).map(Some)
 }
 
 fn concrete_density() -> f32 {
@@ -57,6 +81,26 @@ pub enum Shape {
     /// A cube tapered towards its top.
     Antifer {
         /// Height, metres.
+        size: f32,
+    },
+    /// Three crossed flukes on a shank, in the manner of a Core-Loc; V = 0.2236 C³.
+    CoreLocLike {
+        /// Length C of a fluke, metres.
+        size: f32,
+    },
+    /// Four legs in a plane and two noses, in the manner of an Xbloc; V = D³/3.
+    XblocLike {
+        /// Height D, metres.
+        size: f32,
+    },
+    /// Two crossed flukes on a core, in the manner of an Accropode; V = 0.34 H³.
+    AccropodeLike {
+        /// Height H, metres.
+        size: f32,
+    },
+    /// Three bars through one point; V = 0.176 h³.
+    SixLegLike {
+        /// Length of a bar, metres.
         size: f32,
     },
     /// A bin part: a ring on a shank.
@@ -94,6 +138,10 @@ impl Shape {
             | Self::Dolos { size }
             | Self::Cube { size }
             | Self::Antifer { size }
+            | Self::CoreLocLike { size }
+            | Self::XblocLike { size }
+            | Self::AccropodeLike { size }
+            | Self::SixLegLike { size }
             | Self::EyeBolt { size }
             | Self::GearShaft { size }
             | Self::HoledPlate { size }

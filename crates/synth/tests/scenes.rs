@@ -204,6 +204,56 @@ fn the_error_of_a_pass_is_common_to_its_points() {
 }
 
 #[test]
+fn a_bin_is_seen_where_the_recipe_says_so_and_a_projector_leaves_shadows() {
+    let parts = catalog(&[("bracket", Shape::Bracket { size: 0.09 })]);
+    let head = "density_per_m2 = 60000\ncount = [8, 8]\nsite = { kind = \"pen\", side_blocks = 3.0 }\n\
+                bed = { stone_blocks = 0.0, measured = false }";
+    let made = |bin: &str, sensor: &str| {
+        let sensor = format!("kind = \"depth-camera\"\nflying_share = 0.0\n{sensor}");
+        let head = format!("{head}\nbin = {{ {bin} }}");
+        scene(&recipe(&head, &sensor), &parts, SeedTree::new(8)).unwrap()
+    };
+    let cut_away = made("measured = false", "");
+    assert!(cut_away.instance.iter().all(|i| *i > 0));
+    let seen = made("measured = true, wall_blocks = 1.5", "");
+    let bin: Vec<_> = (0..seen.instance.len())
+        .filter(|&i| seen.instance[i] == 0)
+        .map(|i| seen.survey.cloud.position_m[i])
+        .collect();
+    let half = 1.5 * 0.09;
+    let floor = bin.iter().filter(|p| p.z.abs() < 0.005).count();
+    let rim = bin.iter().filter(|p| (p.z - half).abs() < 0.005).count();
+    assert!(floor > 300 && rim > 50, "{floor} {rim} of {}", bin.len());
+    let inside =
+        |i: usize| seen.survey.cloud.position_m[i].truncate().abs().max_element() < half + 0.01;
+    assert!((0..seen.instance.len()).filter(|&i| seen.instance[i] > 0).all(inside));
+    let lit = made("measured = true, wall_blocks = 1.5", "projector_m = 0.25");
+    let (all, some) = (seen.instance.len(), lit.instance.len());
+    assert!(some < all * 98 / 100 && some > all / 2, "{some} of {all}");
+}
+
+#[test]
+fn a_camera_farther_away_sees_fewer_points() {
+    let parts = catalog(&[("gear", Shape::GearShaft { size: 0.2 })]);
+    let head =
+        "density_per_m2 = 20000\ncount = [4, 4]\nsite = { kind = \"pen\", side_blocks = 2.5 }";
+    let points = |heights: &str| {
+        let sensor = format!("kind = \"depth-camera\"\n{heights}");
+        let recipe = recipe(head, &sensor);
+        let count = |seed| scene(&recipe, &parts, SeedTree::new(seed)).unwrap().instance.len();
+        (0..3).map(count).sum::<usize>()
+    };
+    let near = points("height_m = 0.5");
+    let varied = points("height_m = 0.5\nmost_height_m = 2.0");
+    assert!(varied * 10 < near * 9 && varied * 20 > near, "{varied} {near}");
+    let wrong = Recipe::parse(&format!(
+        "name = \"t\"\n{head}\n[sensor]\nkind = \"depth-camera\"\nheight_m = 1.0\nmost_height_m = 0.4"
+    ));
+    let error = wrong.unwrap().check_with(&parts).unwrap_err().to_string();
+    assert!(error.contains("most_height_m"), "{error}");
+}
+
+#[test]
 fn a_depth_camera_sees_parts_in_a_bin() {
     let parts = catalog(&[("part", Shape::Tetrapod { size: 0.05 })]);
     let head = "density_per_m2 = 500000\ncount = [20, 30]\nsite = { kind = \"bin\", length_m = 0.25, width_m = 0.2 }";

@@ -102,8 +102,9 @@ impl<'a> WholeRun<'a> {
 
     fn new_run(&self) -> Result<NewRun<'_>> {
         // The manifest that tells strangers from outputs goes with the first part that is written.
-        let strangers = self.strangers.clone();
-        Ok(NewRun { strangers, ..Run::create(self.folder.root(), self.site)? })
+        let mut new = Run::create(self.folder.root(), self.site)?;
+        new.strangers = self.strangers.clone();
+        Ok(new)
     }
 }
 

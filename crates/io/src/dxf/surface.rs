@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// Blocks inside blocks.
 const DEPTH: usize = 16;
 /// Triangles that any drawing may unfold to, and how many more for each of its bytes.
-const FREE_FACES: usize = 200_000;
+const FREE_FACES: usize = 100_000;
 const BYTES_PER_FACE: u64 = 8;
 
 /// A surface and what a reader should know of it.

@@ -88,12 +88,8 @@ pub(super) fn stream_records<T: Send>(
     }
 }
 
-fn stream_plain<T>(
-    input: &mut Input,
-    header: &Header,
-    decode: &Decode<T>,
-    sink: &mut dyn FnMut(T) -> Result<(), IoError>,
-) -> Result<(), IoError> {
+/// The header's number of points must fit a file that is not compressed.
+pub(super) fn check_plain_count(input: &Input, header: &Header) -> Result<(), IoError> {
     let (total, record) = (header.summary.points, u64::from(header.summary.record_bytes));
     let at_most = (input.len - header.data_at) / record;
     if total > at_most {
@@ -106,6 +102,17 @@ fn stream_plain<T>(
             file_bytes,
         });
     }
+    Ok(())
+}
+
+fn stream_plain<T>(
+    input: &mut Input,
+    header: &Header,
+    decode: &Decode<T>,
+    sink: &mut dyn FnMut(T) -> Result<(), IoError>,
+) -> Result<(), IoError> {
+    check_plain_count(input, header)?;
+    let (total, record) = (header.summary.points, u64::from(header.summary.record_bytes));
     input.go_to(header.data_at, "the points")?;
     let mut done = 0;
     while done < total {

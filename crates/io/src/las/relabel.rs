@@ -4,7 +4,7 @@
 use super::chunks;
 use super::extra;
 use super::header::{self, Header, RECORD_BYTES, f64_at, u16_at, u32_at, u64_at};
-use super::read::{first_of_each, stream_records};
+use super::read::{check_plain_count, first_of_each, stream_records};
 use super::write::{LazWriter, vlr_record};
 use crate::crs;
 use crate::input::Input;
@@ -32,6 +32,11 @@ pub fn relabel(
 ) -> Result<(), IoError> {
     let mut input = Input::open(source)?;
     let header = header::read(&mut input)?;
+    // Memory follows the number of points: it must be one that the file can hold.
+    match &header.laz {
+        Some(vlr) => drop(chunks::table(&mut input, &header, vlr)?),
+        None => check_plain_count(&input, &header)?,
+    }
     let by_record = ByRecord::new(labels, header.summary.points, records);
     let frame = Frame::of(&mut input, &header, to_site)?;
     let compressed = crate::mesh::extension(out) == "laz";

@@ -1,6 +1,6 @@
 //! Exports: what they must hold, without another program; `tools/check_exports.py` opens them with independent readers.
 
-use crate::sample::{raster, sample, surface, tin};
+use crate::sample::{details, raster, sample, surface, tin};
 use geom::{DVec3, Silent};
 use io::{Input, dxf, geojson, geopackage, geotiff, glb, ifc, landxml};
 use std::fs;
@@ -52,13 +52,16 @@ fn a_dxf_has_a_block_per_type_and_an_insert_per_unit() {
     let text = dxf::text(&sample.drawing());
     let lines: Vec<&str> = text.lines().collect();
     let count = |entity: &str| lines.chunks(2).filter(|p| p[0] == "0" && p[1] == entity).count();
-    assert_eq!(
-        (count("BLOCK"), count("INSERT"), count("POLYLINE"), count("VERTEX")),
-        (2, 8, 2, 10)
-    );
+    // A block a type and one for the numbers; a unit is a solid and a number; numbers are attributes.
+    assert_eq!((count("BLOCK"), count("INSERT"), count("ATTRIB")), (3, 16, 40));
+    // Eight outlines, two section lines in space and laid out, and the frame.
+    assert_eq!(count("POLYLINE"), 8 + 2 + 2 + 1);
+    assert!(text.contains("\nNo.0+5\n") && text.contains("\n-35600"), "station and place");
     assert!(text.is_ascii());
     // The faces of the block definitions are read where they are inserted.
-    let faces = of_bytes("a.dxf", text.as_bytes(), |i| dxf::read_faces(i).unwrap());
+    // (The solids' layers are frozen at first: thawed, as a person would before taking them for a surface.)
+    let thawed = text.replace("\n70\n1\n62\n", "\n70\n0\n62\n");
+    let faces = of_bytes("a.dxf", thawed.as_bytes(), |i| dxf::read_faces(i).unwrap());
     assert_eq!(faces.len(), 64);
     let drawing = sample.drawing();
     let unit = drawing.units().next().unwrap();
@@ -81,14 +84,15 @@ fn geojson_has_a_closed_polygon_per_block() {
         assert_eq!(ring.first(), ring.last());
         assert!(ring.len() >= 4);
     }
-    // Block 1 stands unturned at the local origin.
-    let first: Vec<f64> = features[0]["geometry"]["coordinates"][0][0]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|v| v.as_f64().unwrap())
-        .collect();
-    assert_eq!(first, [-35_600.5, -12_300.25]);
+    // Block 1 stands unturned at the local origin: its outline is a rectangle of 2 m by 1 m from there.
+    let ring = features[0]["geometry"]["coordinates"][0].as_array().unwrap();
+    let range = |k: usize| {
+        let values = ring.iter().map(|p| p[k].as_f64().unwrap());
+        [values.clone().fold(f64::MAX, f64::min), values.fold(f64::MIN, f64::max)]
+    };
+    let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-3;
+    assert_eq!(ring.len(), 5);
+    assert!(close(range(0), [-35_600.5, -35_598.5]) && close(range(1), [-12_300.25, -12_299.25]));
     assert_eq!(features[5]["properties"]["order"], 1);
 }
 
@@ -139,6 +143,27 @@ fn a_geopackage_is_a_whole_database() {
         number("SELECT srs_id FROM gpkg_geometry_columns WHERE table_name = 'blocks'"),
         6679
     );
+    // Every layer has its geometry and a style that QGIS takes as default; the styles' table is registered.
+    let names =
+        ["blocks", "not_judged", "placements", "unfilled", "design", "alignment", "sections"];
+    for name in names {
+        let of = |sql: &str| db.query_row(sql, [name], |row| row.get::<_, i64>(0)).unwrap();
+        assert_eq!(
+            of("SELECT count(*) FROM gpkg_geometry_columns WHERE table_name = ?1"),
+            1,
+            "{name}"
+        );
+        assert_eq!(
+            of("SELECT useAsDefault FROM layer_styles WHERE f_table_name = ?1"),
+            1,
+            "{name}"
+        );
+    }
+    assert_eq!(number("SELECT count(*) FROM gpkg_contents WHERE table_name = 'layer_styles'"), 1);
+    assert_eq!(number("SELECT count(*) FROM not_judged"), 1);
+    let mass: f64 =
+        db.query_row("SELECT mass_kg FROM blocks WHERE block_id = 1", [], |r| r.get(0)).unwrap();
+    assert!((mass - 1.0 * 2300.0 / 2.0).abs() < 1.0, "a wedge of half a cubic metre: {mass}");
     let check: String = db.query_row("PRAGMA integrity_check", [], |row| row.get(0)).unwrap();
     assert_eq!(check, "ok");
 }
@@ -213,9 +238,13 @@ fn the_whole_set_has_the_names_of_the_guide() {
         "blocks.geojson",
         "blocks.glb",
         "blocks.ifc",
+        "deficit.qml",
         "deficit.tif",
+        "height.qml",
         "height.tif",
         "project.gpkg",
+        "project.qgz",
+        "quantities.xlsx",
         "surfaces.xml",
     ];
     assert_eq!(names, expected);
@@ -246,4 +275,90 @@ fn the_whole_set_has_the_names_of_the_guide() {
     let none = io::export_set::ExportSet { surfaces: &[], ..set };
     io::export_set::write(folder.path(), &none).unwrap();
     assert!(!folder.path().join("surfaces.xml").exists());
+}
+
+const EVIL: &str = "=cmd|' /C calc'!A0\u{7}\n<b>\"&é積";
+
+#[test]
+fn hostile_names_stay_text_in_every_export() {
+    let (mut sample, folder) = (sample(), tempfile::tempdir().unwrap());
+    let models: Vec<_> = sample
+        .catalog
+        .iter()
+        .map(|(_, m)| scene::BlockModel { name: EVIL.into(), ..m.clone() })
+        .collect();
+    sample.catalog = scene::Catalog::new(models);
+    let drawing = io::drawing::Drawing { name: EVIL, ..sample.drawing() };
+    let mut hostile = details();
+    hostile.unfilled[0].reason = EVIL.into();
+    hostile.survey_date = EVIL.into();
+    let map = geom::HeightMap { origin: [0.0; 2], cell_m: 1.0, nx: 4, ny: 4, z_m: vec![1.0; 16] };
+    let maps = [("height", io::raster::Raster::of_heights(&map, &sample.frame))];
+    let set = io::export_set::ExportSet { drawing, seed: 1, maps: &maps, surfaces: &["height"] };
+    io::export_set::write_with(folder.path(), &set, &hostile).unwrap();
+    let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    // XML that a strict reader takes, with the name as text.
+    for name in ["surfaces.xml", "height.qml"] {
+        let text = text(name);
+        let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+        roxmltree::Document::parse_with_options(&text, options)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(!text.contains("<b>"), "{name}");
+    }
+    // Pairs of lines only: a name with a line break in it would shift all that follows.
+    let dxf = text("blocks.dxf");
+    assert!(
+        dxf.is_ascii() && dxf.lines().step_by(2).all(|code| code.trim().parse::<i32>().is_ok())
+    );
+    assert!(text("blocks.ifc").lines().all(|l| !l.chars().any(char::is_control)));
+    // A workbook's text cells are shared strings, never formulas: those are ours, and of cells alone.
+    let mut book =
+        zip::ZipArchive::new(fs::File::open(folder.path().join("quantities.xlsx")).unwrap())
+            .unwrap();
+    let mut read = |name: &str| {
+        let mut text = String::new();
+        std::io::Read::read_to_string(&mut book.by_name(name).unwrap(), &mut text).unwrap();
+        text
+    };
+    for sheet in 1..=3 {
+        let sheet = read(&format!("xl/worksheets/sheet{sheet}.xml"));
+        for formula in sheet.split("<f>").skip(1) {
+            let formula = formula.split("</f>").next().unwrap();
+            assert!(
+                formula.chars().all(|c| c.is_ascii_alphanumeric() || "()+*/:".contains(c)),
+                "{formula}"
+            );
+        }
+    }
+    assert!(read("xl/sharedStrings.xml").contains("=cmd|"));
+}
+
+#[test]
+fn works_reach_every_format() {
+    let (sample, folder) = (sample(), tempfile::tempdir().unwrap());
+    let map = geom::HeightMap { origin: [0.0; 2], cell_m: 1.0, nx: 4, ny: 4, z_m: vec![1.0; 16] };
+    let maps = [("height", io::raster::Raster::of_heights(&map, &sample.frame))];
+    let set = io::export_set::ExportSet {
+        drawing: sample.drawing(),
+        seed: 1,
+        maps: &maps,
+        surfaces: &["height"],
+    };
+    io::export_set::write_with(folder.path(), &set, &details()).unwrap();
+    let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let land = text("surfaces.xml");
+    assert!(land.contains("date=\"2026-11-30\"") && land.contains("length=\"20\""));
+    // The section runs east from the alignment: its offsets are 0 to 4 to the right of it.
+    assert!(land.contains("<CrossSect sta=\"5\" name=\"No.0+5\"><CrossSectSurf name=\"design\"><PntList2D>0 4 1 5 2 4 3 5 4 4</PntList2D>"), "{land}");
+    let dxf = text("blocks.dxf");
+    let on = |layer: &str| dxf.matches(&format!("\n8\n{layer}\n")).count();
+    assert!(on("DESIGN") > 3 && on("ALIGNMENT") > 5 && on("UNFILLED") > 4 && on("TITLE") > 4);
+    let ifc = text("blocks.ifc");
+    assert!(ifc.contains("IFCMATERIAL('Concrete'") && ifc.contains("'2026-11-30T00:00:00'"));
+    let db = rusqlite::Connection::open(folder.path().join("project.gpkg")).unwrap();
+    for (layer, count) in [("alignment", 1), ("design", 1), ("sections", 2), ("unfilled", 1)] {
+        let found: i64 =
+            db.query_row(&format!("SELECT count(*) FROM {layer}"), [], |r| r.get(0)).unwrap();
+        assert_eq!(found, count, "{layer}");
+    }
 }

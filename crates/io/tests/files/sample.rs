@@ -1,12 +1,13 @@
 //! A small result with every kind of thing to export; also written by `examples/exports.rs` for other readers.
 
 use geom::{Pose, Quat, TriMesh, Vec3};
+use io::details::{Details, Unfilled};
 use io::drawing::{Drawing, SectionLine};
 use io::raster::Raster;
 use io::tin::Tin;
 use scene::{
-    BlockModel, Catalog, ConvexPart, Fit, Guess, InstanceId, ModelId, Placement, PlacementState,
-    Recognised, SiteFrame, SymmetryGroup, Verdict,
+    AreaVolume, BlockModel, Catalog, ConvexPart, Fit, Guess, InstanceId, ModelId, Placement,
+    PlacementState, Recognised, SectionQuantity, SiteFrame, SymmetryGroup, Verdict,
 };
 
 /// Owns what a [`Drawing`] borrows.
@@ -150,4 +151,35 @@ pub fn tin() -> Tin {
 /// The same as a surface to write.
 pub fn surface(name: &str) -> io::landxml::Surface {
     io::landxml::Surface { name: name.into(), note: "a \"sample\" < 1".into(), tin: tin() }
+}
+
+/// The sample with everything that belongs to works.
+pub fn details() -> Details {
+    Details {
+        survey_date: "2026-11-30".into(),
+        alignment: vec![[-35_600.0, -12_310.0], [-35_600.0, -12_290.0]],
+        design_lines: vec![(
+            true,
+            vec![
+                [-35_601.0, -12_301.0, 3.0],
+                [-35_590.0, -12_301.0, 3.0],
+                [-35_590.0, -12_290.0, 3.0],
+            ],
+        )],
+        unfilled: vec![Unfilled {
+            centre: [-35_595.0, -12_299.0],
+            half_m: 0.5,
+            void_m3: 0.75,
+            reason: "too shallow".into(),
+        }],
+        quantities: vec![
+            SectionQuantity::default(),
+            SectionQuantity {
+                chainage_m: 5.0,
+                length_m: 5.0,
+                missing: AreaVolume { area_m2: 4.0, volume_m3: 10.0 },
+                ..SectionQuantity::default()
+            },
+        ],
+    }
 }

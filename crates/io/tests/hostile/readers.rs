@@ -7,7 +7,7 @@ use std::path::Path;
 pub const CLOUDS: [&str; 7] = ["laz", "las", "ply", "pcd", "e57", "xyz", "copc.laz"];
 
 /// Kinds of everything else.
-pub const OTHERS: [&str; 12] = [
+pub const OTHERS: [&str; 17] = [
     "stl",
     "obj",
     "mesh.ply",
@@ -20,6 +20,11 @@ pub const OTHERS: [&str; 12] = [
     "catalog.toml",
     "review.json",
     "manifest.json",
+    "alignment.xml",
+    "alignment.dxf",
+    "labels.laz",
+    "labels.ply",
+    "labels.pcd",
 ];
 
 /// Reads the bytes as a file of this kind.
@@ -53,6 +58,26 @@ pub fn read(kind: &str, bytes: &[u8]) -> Result<(), IoError> {
         }
         "review.json" => io::review::read_from(&mut input).map(drop),
         "manifest.json" => io::manifest::Manifest::of_bytes(name, bytes).map(drop),
+        "alignment.xml" => io::landxml::read_alignment(&mut input, None).map(drop),
+        "alignment.dxf" => io::dxf::read_polylines(&mut input, None).map(drop),
+        "labels.laz" | "labels.ply" | "labels.pcd" => relabelled(kind, bytes),
         _ => panic!("there is no reader of `{kind}`"),
     }
+}
+
+/// The file again with labels, moved to other coordinates.
+fn relabelled(kind: &str, bytes: &[u8]) -> Result<(), IoError> {
+    use io::relabel::{PointLabels, Records, SiteFromFile};
+    let folder = tempfile::tempdir().expect("a folder for a test can be made");
+    let source = folder.path().join(format!("hostile.{kind}"));
+    std::fs::write(&source, bytes).expect("a file of a test can be written");
+    let labels = PointLabels {
+        record: &[0, 5, 4_000_000_000],
+        instance: &[1, 2, 3],
+        model: &[1, 1, 1],
+        confidence: &[0.5; 3],
+    };
+    let to_site = SiteFromFile { swap: true, height_factor: 0.3048, vertical_offset_m: 1.0 };
+    let out = folder.path().join(format!("out.hostile.{kind}"));
+    io::relabel::write(&out, &source, &labels, &to_site, Records::All)
 }

@@ -9,7 +9,7 @@ import { SHADE, Shade } from "./shade.js";
 const shares = list => list.flat().map(v => v / 255);
 const RECORD = 12; // bytes of a point; a stride may be 255 at most
 // What a picture of each haste may hold: 0 everything, then less and less.
-const HASTE = [{ points: Infinity, triangles: Infinity }, { points: 350_000, triangles: 600_000 }, { points: 120_000, triangles: 250_000 }, { points: 40_000, triangles: 0 }];
+const HASTE = [{ points: Infinity, triangles: Infinity }, { points: 350_000, triangles: 600_000 }, { points: 120_000, triangles: 250_000 }, { points: 25_000, triangles: 50_000 }];
 export const MOST_HASTE = HASTE.length - 1;
 
 export class Painter {
@@ -116,9 +116,17 @@ export class Painter {
     this.batches = [...groups.values()].sort((a, b) => b.opacity - a.opacity).map(({ model, opacity, blocks }) => {
       const values = new Float32Array(blocks.length * 12), whole = new Uint32Array(values.buffer);
       blocks.forEach((b, i) => { values.set(b.pose, i * 12); values.set(b.colour, i * 12 + 7); whole[i * 12 + 11] = b.number; });
-      const records = this.buffer(gl.ARRAY_BUFFER, values, gl.DYNAMIC_DRAW), arrays = this.meshes[model].map(mesh => this.blockArray(mesh, records));
+      const records = this.buffer(gl.ARRAY_BUFFER, values, gl.DYNAMIC_DRAW), arrays = [...this.meshes[model].map(mesh => this.blockArray(mesh, records)), this.ballArray(records)];
       return { model, opacity, records, arrays, count: blocks.length };
     });
+  }
+  ballArray(records) {
+    const gl = this.gl, array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, records);
+    for (const [slot, n, offset] of [[1, 4, 0], [2, 3, 16], [3, 4, 28]]) { gl.enableVertexAttribArray(slot); gl.vertexAttribPointer(slot, n, gl.FLOAT, false, 48, offset); }
+    gl.enableVertexAttribArray(4); gl.vertexAttribIPointer(4, 1, gl.UNSIGNED_INT, 48, 44);
+    return array;
   }
   blockArray(mesh, records) {
     const gl = this.gl, array = gl.createVertexArray();
@@ -137,7 +145,7 @@ export class Painter {
   // Draws the view; `quick` while it moves. Returns the matrix.
   draw(state, { picking = false, quick = 0 } = {}) {
     const gl = this.gl, w = gl.drawingBufferWidth, h = gl.drawingBufferHeight;
-    if (picking) this.bindPicture(w, h); else this.shade.begin(w, h);
+    if (picking) this.bindPicture(w, h); else this.shade.begin(w, h, quick === MOST_HASTE);
     const matrix = state.camera.matrix(w / h);
     this.scene(state, matrix, w, h, picking, quick);
     if (!picking) this.shade.end(...state.camera.range(), 190);
@@ -173,7 +181,7 @@ export class Painter {
       if (at.sun) gl.uniform3fv(at.sun, sun);
       return at;
     };
-    this.drawBlocks(use("block"), state, picking, quick);
+    this.drawBlocks(use, state, picking, quick, h);
     if (state.showPoints) this.drawPoints(use("point"), state, quick);
     if (state.showLines) {
       use("line");
@@ -184,20 +192,33 @@ export class Painter {
     }
     if (state.showDesign && this.design && !picking && quick < MOST_HASTE) this.drawDesign(use("surface"), state);
   }
-  drawBlocks(at, state, picking, quick) {
-    const gl = this.gl;
-    const triangles = mesh => this.batches.reduce((n, b) => n + b.count * this.meshes[b.model][mesh].count / 3, 0), most = HASTE[quick].triangles;
-    const few = [0, 1].find(mesh => triangles(mesh) <= most) ?? 2;
+  drawBlocks(use, state, picking, quick, h) {
+    const gl = this.gl, triangles = mesh => this.batches.reduce((n, b) => n + b.count * this.meshes[b.model][mesh].count / 3, 0), most = HASTE[quick].triangles;
+    const few = [0, 1, 2].find(mesh => triangles(mesh) <= most) ?? 3;
+    if (few === 3 && !picking && !state.camera.flat) return this.drawBalls(use("ball"), state, h);
+    const at = use("block"), mesh = Math.min(few, 2);
     gl.uniform1ui(at.chosen, state.chosen);
     gl.uniform1ui(at.pointed, state.pointed);
     if (!picking) gl.enable(gl.SAMPLE_COVERAGE);
     for (const batch of this.batches) {
       if (picking && batch.opacity < 0.5) continue;
       gl.sampleCoverage(batch.opacity, false);
-      gl.bindVertexArray(batch.arrays[few]);
-      gl.drawElementsInstanced(gl.TRIANGLES, this.meshes[batch.model][few].count, gl.UNSIGNED_INT, 0, batch.count);
+      gl.bindVertexArray(batch.arrays[mesh]);
+      gl.drawElementsInstanced(gl.TRIANGLES, this.meshes[batch.model][mesh].count, gl.UNSIGNED_INT, 0, batch.count);
     }
     gl.disable(gl.SAMPLE_COVERAGE);
+  }
+  drawBalls(at, state, h) {
+    const gl = this.gl;
+    gl.uniform1ui(at.chosen, state.chosen);
+    gl.uniform1f(at.pixelsPerMetre, h / state.camera.metresPerPixel(1) * state.camera.distance);
+    for (const batch of this.batches.filter(b => b.opacity > 0.3)) {
+      const model = this.data.models[batch.model];
+      gl.uniform3fv(at.centre, model.centre);
+      gl.uniform1f(at.radius, model.radius);
+      gl.bindVertexArray(batch.arrays[3]);
+      gl.drawArrays(gl.POINTS, 0, batch.count);
+    }
   }
   drawPoints(at, state, quick) {
     const gl = this.gl, p = this.data.points, every = Math.max(1, Math.ceil(p.shown / HASTE[quick].points));

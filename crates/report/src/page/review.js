@@ -35,7 +35,7 @@ export class Review {
   }
   start() {
     this.active = true;
-    this.before = { added: this.viewer.state.showAdded, mode: this.viewer.state.pointMode, points: this.viewer.state.showPoints };
+    this.before = { added: this.viewer.state.showAdded, mode: this.viewer.state.pointMode, points: this.viewer.state.showPoints, design: this.viewer.state.showDesign };
     byId("review").classList.add("active");
     const first = this.queue.find(b => !this.decisions.has(b.id)) || this.queue[0];
     if (first) this.selection.choose(first.number, this);
@@ -45,14 +45,16 @@ export class Review {
   leave() {
     this.active = false;
     byId("review").classList.remove("active");
-    Object.assign(this.viewer.state, { fade: null, onlyPoints: 0, showAdded: this.before.added, pointMode: this.before.mode, showPoints: this.before.points });
+    Object.assign(this.viewer.state, { fade: null, onlyPoints: 0, showAdded: this.before.added, pointMode: this.before.mode, showPoints: this.before.points, showDesign: this.before.design });
     this.viewer.update();
     this.show();
+    document.dispatchEvent(new Event("review"));
   }
   // The plan is hidden, neighbours are faded, and only this block's points remain, coloured by their distance to it.
   isolate() {
     const s = this.viewer.state, found = this.block?.kind === "found";
-    Object.assign(s, { fade: this.block ? this.block.number : null, onlyPoints: found ? this.block.number : 0, showAdded: !found, showPoints: found || this.before.points, pointMode: found && this.data.points.fit ? 4 : this.before.mode });
+    Object.assign(s, { fade: this.block ? this.block.number : null, onlyPoints: found ? this.block.number : 0, showAdded: !found, showDesign: false, showPoints: found || this.before.points, pointMode: found && this.data.points.fit ? 4 : this.before.mode });
+    if (this.block) this.viewer.near(this.block);
     this.viewer.update();
   }
   step(by) {

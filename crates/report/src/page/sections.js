@@ -155,11 +155,22 @@ export class Sections {
     const { design, surveyed } = lines, lower = lines.planned || surveyed;
     if (!design || !lower) return;
     g.fillStyle = colours.fill;
-    for (let i = 1; i < design.length; i++) {
-      const [a, b, c, d] = [design[i - 1], design[i], lower[i] || [], lower[i - 1] || []];
-      if (![a, b, c, d].every(p => Number.isFinite(p[1])) || (a[1] <= d[1] && b[1] <= c[1])) continue;
-      g.beginPath(); g.moveTo(this.x(a[0]), this.y(a[1])); g.lineTo(this.x(b[0]) + 0.5, this.y(b[1])); g.lineTo(this.x(c[0]) + 0.5, this.y(Math.min(c[1], b[1]))); g.lineTo(this.x(d[0]), this.y(Math.min(d[1], a[1]))); g.fill();
-    }
+    g.beginPath();
+    let run = [];
+    const close = () => {
+      if (run.length > 1) {
+        run.forEach(([o, z], i) => i ? g.lineTo(this.x(o), this.y(z)) : g.moveTo(this.x(o), this.y(z)));
+        run.reverse().forEach(([o, , z]) => g.lineTo(this.x(o), this.y(z)));
+        g.closePath();
+      }
+      run = [];
+    };
+    design.forEach(([o, z], i) => {
+      const under = lower[i]?.[1];
+      if (Number.isFinite(z) && Number.isFinite(under)) run.push([o, z, Math.min(z, under)]); else close();
+    });
+    close();
+    g.fill();
   }
   block(g, b, rings, colours) {
     const base = b.kind === "added" ? PLANNED : b.judged ? TYPES[b.model % 6] : NOT_JUDGED, marked = b.number === this.selection.chosen || b.number === this.selection.pointed;

@@ -30,11 +30,12 @@ export class Shade {
   constructor(gl, program, aside = false) {
     Object.assign(this, { gl, program, aside });
   }
-  // Draws into its own pictures from here on.
-  begin(w, h) {
+  // Draws into its own pictures from here on; `plain`: with one sample a pixel, for pictures in haste.
+  begin(w, h, plain = false) {
     const gl = this.gl;
     if (!this.size || this.size[0] !== w || this.size[1] !== h) this.allocate(w, h);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.many);
+    this.plain = plain;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, plain ? this.one : this.many);
   }
   allocate(w, h) {
     const gl = this.gl, samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
@@ -74,9 +75,11 @@ export class Shade {
   // Puts the finished picture on its target.
   end(near, far, strength, flatView = false) {
     const gl = this.gl, [w, h] = this.size, { program, at } = this.program;
-    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.many);
-    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.one);
-    gl.blitFramebuffer(0, 0, w, h, 0, 0, w, h, gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT, gl.NEAREST);
+    if (!this.plain) {
+      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.many);
+      gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.one);
+      gl.blitFramebuffer(0, 0, w, h, 0, 0, w, h, gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT, gl.NEAREST);
+    }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.aside ? this.target : null);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.useProgram(program);

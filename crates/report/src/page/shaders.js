@@ -75,6 +75,32 @@ const block = {
     }`,
 };
 
+// A block as a lit disc: what a picture in haste shows of thousands.
+const ball = {
+  vertex: `
+    layout(location=1) in vec4 turn; layout(location=2) in vec3 shift; layout(location=3) in vec4 look; layout(location=4) in uint id;
+    uniform vec3 centre; uniform float radius, pixelsPerMetre;
+    out vec3 place; flat out vec4 paint; flat out uint block;
+    void main() {
+      vec3 t = 2.0 * cross(turn.xyz, centre);
+      place = centre + turn.w * t + cross(turn.xyz, t) + shift;
+      paint = look; block = id;
+      gl_Position = camera * vec4(place, 1.0);
+      gl_PointSize = max(2.0, 1.3 * radius * pixelsPerMetre / gl_Position.w);
+    }`,
+  fragment: `
+    in vec3 place; flat in vec4 paint; flat in uint block; uniform uint chosen;
+    layout(location=0) out vec4 what; layout(location=1) out vec4 depth;
+    void main() {
+      vec2 at = gl_PointCoord * 2.0 - 1.0;
+      float off = dot(at, at);
+      if (off > 1.0 || cutAway(place)) discard;
+      depth = pack(gl_FragCoord.z);
+      vec3 base = block == chosen ? vec3(0.91, 0.24, 0.55) : paint.rgb;
+      what = vec4(base * (0.62 + 0.4 * dot(vec3(at.x, -at.y, sqrt(1.0 - off)), vec3(-0.4, 0.5, 0.77))), 1.0);
+    }`,
+};
+
 const line = {
   vertex: `
     layout(location=0) in vec3 corner; out vec3 place;
@@ -104,5 +130,5 @@ const surface = {
     }`,
 };
 
-export const PROGRAMS = Object.fromEntries(Object.entries({ point, block, line, surface }).map(([name, p]) =>
+export const PROGRAMS = Object.fromEntries(Object.entries({ point, block, ball, line, surface }).map(([name, p]) =>
   [name, { vertex: COMMON + p.vertex, fragment: COMMON + PACK + p.fragment }]));

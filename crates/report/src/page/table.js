@@ -53,6 +53,7 @@ export class Table {
     const shown = this.columns.filter(c => c.shown);
     this.grid = shown.map(c => `minmax(${c.wide || 84}px, ${c.grow || 1}fr)`).join(" ");
     this.box.style.setProperty("--columns", this.grid);
+    this.box.style.setProperty("--wide", `${shown.reduce((sum, c) => sum + (c.wide || 84), 0)}px`);
     this.head.replaceChildren(...shown.map(c => {
       const button = make("button", { type: "button" }, said(c.head), c.unit ? make("small", {}, ` ${c.unit}`) : "");
       button.addEventListener("click", () => { this.sorted = this.sorted?.column === c && this.sorted.up ? { column: c, up: false } : { column: c, up: true }; this.layout(); this.refresh(); });

@@ -56,6 +56,8 @@ export function tools(viewer, selection, plan, sections) {
     byId("plan-legend").replaceChildren(...plan.legend(swatch, ramp));
   }
   document.addEventListener("language", legend);
+  document.addEventListener("review", legend);
+  selection.addEventListener("chosen", legend);
   legend();
   return { legend, update };
 }

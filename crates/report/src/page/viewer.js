@@ -67,7 +67,7 @@ export class Viewer {
   }
   opacity(b) {
     const s = this.state;
-    if (s.fade && b.number !== s.fade) return 0.2;
+    if (s.fade && b.number !== s.fade) return 0.26;
     if (b.kind === "added" && this.verdicts.planned.get(b.order) === "struck") return 0.3;
     return b.number === s.chosen ? 1 : b.kind === "found" ? s.foundOpacity : s.addedOpacity;
   }
@@ -118,6 +118,8 @@ export class Viewer {
     }
     this.update();
   }
+  // So near that a block fills much of the picture.
+  near(b) { Object.assign(this.state.camera, { target: b.centre.slice(), distance: this.data.models[b.model].radius * 5.5 }); }
   // Where a place falls on the canvas, CSS pixels; null behind the eye.
   onScreen(place) { return project(this.matrix, place, this.canvas.clientWidth, this.canvas.clientHeight); }
   setBox(box) { this.state.box = box; this.redraw(); }

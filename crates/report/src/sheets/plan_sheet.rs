@@ -9,7 +9,7 @@ use crate::{ReportInput, Text};
 use geom::{Pose, Vec2, silhouette};
 use scene::ModelId;
 
-/// As much of the works as a sheet shows.
+/// As much of the works as a sheet shows at least; more where its scale leaves room.
 const SHEET_M: f32 = 25.0;
 const FOUND: Rgb = [205, 217, 228];
 const DESIGN: Pen = Pen { width_mm: 0.35, colour: [176, 0, 32], dash_mm: [4.0, 1.5] };
@@ -61,11 +61,13 @@ fn outlines_of<'a>(input: &'a ReportInput) -> impl Iterator<Item = Block> + 'a {
 pub(super) fn sheets<'a>(input: &'a ReportInput<'a>) -> Vec<Sheet<'a>> {
     let Some((line, reach)) = line_of(input) else { return Vec::new() };
     let length: f32 = line.windows(2).map(|w| w[0].distance(w[1])).sum();
-    let count = (length / SHEET_M).ceil().max(1.0) as usize;
-    let part = length / count as f32;
     let margin = input.catalog.iter().map(|(_, m)| m.d_max_m).fold(0.0, f32::max);
     let room = [FIELD[2] - FIELD[0], FIELD[3] - FIELD[1] - 12.0];
-    let scale = scale_for([part + 2.0 * margin, reach[0] + reach[1] + 2.0 * margin], room);
+    let across = reach[0] + reach[1] + 2.0 * margin;
+    let scale = scale_for([length.min(SHEET_M) + 2.0 * margin, across], room);
+    let holds = (room[0] * scale / 1000.0 - 2.0 * margin).max(SHEET_M);
+    let count = (length / holds).ceil().max(1.0) as usize;
+    let part = length / count as f32;
     let one = |k: usize| {
         let (from, to) = (k as f32 * part, (k + 1) as f32 * part);
         let (line, title) = (
@@ -112,7 +114,8 @@ fn stretch(
     let view = View { middle, along, scale, at };
     let size = [FIELD[2] - FIELD[0], FIELD[3] - FIELD[1] - 10.0];
     paper.clip([FIELD[0], FIELD[1]], size);
-    blocks(paper, input, &view, size);
+    crosses(paper, input, &view, size);
+    blocks(paper, input, &view, size, true);
     for o in &input.outlines {
         let ring = o.points.iter().chain(o.points.first().filter(|_| o.closed));
         let points: Vec<[f32; 2]> = ring.map(|p| view.on(p.truncate())).collect();
@@ -120,13 +123,48 @@ fn stretch(
     }
     alignment(paper, line, [from, to], &view);
     paper.unclip();
-    crosses(paper, input, &view, size);
     view.north(paper, [FIELD[2] - 12.0, FIELD[3] - 16.0]);
     scale_bar(paper, [FIELD[0] + 4.0, FIELD[3] - 6.0], scale);
     legend(paper, input, [FIELD[0] + 70.0, FIELD[3] - 6.0]);
 }
 
-fn blocks(paper: &mut Paper, input: &ReportInput, view: &View, size: [f32; 2]) {
+/// The whole works in a window of the sheet, without numbers.
+pub(super) fn overview(paper: &mut Paper, input: &ReportInput, low: [f32; 2], size: [f32; 2]) {
+    let Some((line, reach)) = line_of(input) else { return };
+    let (Some(first), Some(last)) = (line.first(), line.last()) else { return };
+    let along = (*last - *first).normalize_or(Vec2::X);
+    let left = along.perp();
+    let corners: Vec<Vec2> =
+        line.iter().flat_map(|p| [*p + left * reach[0], *p - left * reach[1]]).collect();
+    let range = |axis: Vec2| {
+        corners
+            .iter()
+            .map(|p| p.dot(axis))
+            .fold([f32::MAX, f32::MIN], |[l, h], v| [l.min(v), h.max(v)])
+    };
+    let ([u0, u1], [v0, v1]) = (range(along), range(left));
+    let middle = along * (u0 + u1) / 2.0 + left * (v0 + v1) / 2.0;
+    let scale = scale_for([u1 - u0 + 4.0, v1 - v0 + 4.0], [size[0] - 10.0, size[1] - 16.0]);
+    let at = [low[0] + size[0] / 2.0, low[1] + size[1] / 2.0 - 4.0];
+    let view = View { middle, along, scale, at };
+    paper.rect(low, size, None, Some(HAIR));
+    paper.clip(low, size);
+    blocks(paper, input, &view, size, false);
+    for o in &input.outlines {
+        let ring = o.points.iter().chain(o.points.first().filter(|_| o.closed));
+        let points: Vec<[f32; 2]> = ring.map(|p| view.on(p.truncate())).collect();
+        paper.line(&points, DESIGN);
+    }
+    paper.unclip();
+    view.north(paper, [low[0] + size[0] - 10.0, low[1] + size[1] - 18.0]);
+    scale_bar(paper, [low[0] + 6.0, low[1] + size[1] - 8.0], scale);
+    legend(paper, input, [low[0] + 70.0, low[1] + size[1] - 8.0]);
+}
+
+/// More blocks than this are drawn as discs in the overview, where their legs would be ink.
+const OUTLINED: usize = 1_500;
+
+fn blocks(paper: &mut Paper, input: &ReportInput, view: &View, size: [f32; 2], numbers: bool) {
     let edge = Pen::solid(0.13, [70, 80, 92]);
     let mut shown: Vec<Block> = outlines_of(input)
         .filter(|b| {
@@ -137,14 +175,23 @@ fn blocks(paper: &mut Paper, input: &ReportInput, view: &View, size: [f32; 2]) {
         .collect();
     // What lies higher hides what lies lower, as from above.
     shown.sort_by(|a, b| a.height.total_cmp(&b.height));
+    let radius_mm = |b: &Block| input.catalog.get(b.model).d_max_m * 1000.0 / view.scale;
+    let discs = !numbers && shown.len() > OUTLINED;
     for b in &shown {
+        if discs {
+            let ([x, y], r) = (view.on(b.centre), radius_mm(b) * 0.7);
+            let corner = |k: i32| {
+                [x + r * (k as f32).to_radians().cos(), y + r * (k as f32).to_radians().sin()]
+            };
+            paper.rings(&[(0..6).map(|k| corner(k * 60)).collect()], Some(b.fill), None);
+            continue;
+        }
         let rings = silhouette(&input.catalog.get(b.model).mesh, &b.pose);
         let on: Vec<Vec<[f32; 2]>> =
             rings.iter().map(|r| r.iter().map(|p| view.on(*p)).collect()).collect();
         paper.rings(&on, Some(b.fill), Some(edge));
     }
-    let radius_mm = |b: &Block| input.catalog.get(b.model).d_max_m * 1000.0 / view.scale;
-    for b in &shown {
+    for b in shown.iter().filter(|_| numbers) {
         if let Some(order) = b.order {
             let size = (radius_mm(b) * 0.42).clamp(1.6, 4.0);
             let [x, y] = view.on(b.centre);
@@ -189,9 +236,8 @@ pub(super) fn station(metres: f32) -> String {
 /// Crosses at round coordinates, with their values at the lower and left edge.
 fn crosses(paper: &mut Paper, input: &ReportInput, view: &View, size: [f32; 2]) {
     let [east, north, _] = input.survey.frame.origin;
-    let step = super::view::SCALES
-        .iter()
-        .map(|s| f64::from(*s) / 10.0)
+    let step = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0]
+        .into_iter()
         .find(|s| s * 1000.0 / f64::from(view.scale) >= 60.0)
         .unwrap_or(500.0);
     let half = Vec2::from_array(size).length() / 2.0 * view.scale / 1000.0;

@@ -1,8 +1,8 @@
 //! The first sheet: the answer with its lights, the site in one picture of the plan, quantities; and the annex.
 
-use super::Sheet;
 use super::frame::{FIELD, HAIR, INK, SOFT, THIN, fitted};
 use super::paper::{Align, Paper, both};
+use super::{Sheet, plan_sheet};
 use crate::headline::answer;
 use crate::lights::lights;
 use crate::text::grouped;
@@ -42,7 +42,10 @@ pub(super) fn sheet<'a>(input: &'a ReportInput<'a>) -> Sheet<'a> {
             &Text::new("Block types", "ブロックの種類"),
             &types,
         );
-        notes(paper, input, [FIELD[0] + 195.0, left.max(right).min(right) - 6.0]);
+        let under = notes(paper, input, [FIELD[0] + 195.0, right - 6.0]).min(left) - 6.0;
+        if under - FIELD[1] > 50.0 {
+            plan_sheet::overview(paper, input, [FIELD[0], FIELD[1]], [width, under - FIELD[1]]);
+        }
     };
     Sheet { title: Text::new("Summary", "総括"), scale: "–".into(), draw: Box::new(draw) }
 }
@@ -109,7 +112,8 @@ fn types(input: &ReportInput) -> Vec<(String, String)> {
     input.catalog.iter().map(row).collect()
 }
 
-fn notes(paper: &mut Paper, input: &ReportInput, [x, top]: [f32; 2]) {
+/// Warnings and assumptions; returns where they end.
+fn notes(paper: &mut Paper, input: &ReportInput, [x, top]: [f32; 2]) -> f32 {
     let mut y = top - 4.0;
     let wide = 175.0;
     let warnings = input.warnings.iter().map(|w| Text::from(w.message.clone()));
@@ -130,6 +134,7 @@ fn notes(paper: &mut Paper, input: &ReportInput, [x, top]: [f32; 2]) {
         }
         y -= 4.0;
     }
+    y
 }
 
 /// Diagnostics: what was tried, what stays unfilled, where the run comes from.

@@ -5,7 +5,8 @@ use super::paper::{Align, Paper, Pen};
 use geom::Vec2;
 
 /// Scales that rulers have.
-pub(crate) const SCALES: [f32; 9] = [10.0, 20.0, 50.0, 100.0, 200.0, 250.0, 500.0, 1000.0, 2500.0];
+pub(crate) const SCALES: [f32; 11] =
+    [10.0, 20.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0, 500.0, 1000.0, 2500.0];
 
 /// The largest picture that shows so many metres in so many millimetres: 1 to this.
 pub(crate) fn scale_for(size_m: [f32; 2], room_mm: [f32; 2]) -> f32 {

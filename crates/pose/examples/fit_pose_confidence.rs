@@ -1,7 +1,9 @@
 //! Makes the scenes the confidence is fitted to, and fits it.
 //!
-//! `cargo run --release -p pose --example fit_confidence -- collect SEED REPEATS > features.csv`
-//! `cargo run --release -p pose --example fit_confidence -- fit features.csv checked.csv > crates/pose/fitted/confidence.txt`
+//! `cargo run --release -p pose --example fit_pose_confidence -- collect SEED REPEATS FEATURES.csv`
+//! `cargo run --release -p pose --example fit_pose_confidence -- fit FEATURES.csv CHECKED.csv crates/pose/fitted/confidence.txt`
+//!
+//! `cargo xtask fit pose-confidence` runs both.
 //!
 //! `collect` piles blocks of several shapes on a measured and an unmeasured bed, lets several sensors measure them, and
 //! recognises them with their own catalogue and with wrong ones (other sizes, other shapes); and it makes land, stones,
@@ -16,19 +18,26 @@ use scene::{
     Survey,
 };
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write;
 use synth::{Recipe, SynthScene};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = args.iter().map(String::as_str).collect();
     match words.as_slice() {
-        ["collect", seed, repeats] => {
+        ["collect", seed, repeats, out] => {
             let number = |s: &str| s.parse().expect("SEED and REPEATS are numbers");
-            collect(number(seed), number(repeats));
+            let mut out = File::create(out).expect("FEATURES can be written");
+            collect(number(seed), number(repeats), &mut out);
         }
-        ["fit", fitted, checked] => fit(fitted, checked),
+        ["fit", fitted, checked, out] => {
+            std::fs::write(out, fit(fitted, checked)).expect("OUT can be written");
+        }
         _ => {
-            eprintln!("usage: fit_confidence collect SEED REPEATS | fit FEATURES.csv CHECKED.csv");
+            eprintln!(
+                "usage: fit_pose_confidence collect SEED REPEATS FEATURES | fit FEATURES CHECKED OUT"
+            );
             std::process::exit(2);
         }
     }
@@ -77,45 +86,65 @@ fn pile(catalog: &Catalog, sensor: usize, bed: bool, seed: SeedTree) -> Option<S
 }
 
 /// Rows of every condition.
-fn collect(seed: u64, repeats: u64) {
+fn collect(seed: u64, repeats: u64, out: &mut File) {
     let names = NAMES.join(" ");
-    println!("condition,right,sd-shift,sd-turn,{names}");
+    writeln!(out, "condition,right,sd-shift,sd-turn,{names}").expect("FEATURES can be written");
     for repeat in 0..repeats {
         let seed = SeedTree::new(seed).child("confidence", repeat);
-        for (s, (name, own)) in shapes().iter().enumerate() {
-            for (sensor, (sensor_name, _, _)) in SENSORS.iter().enumerate() {
-                let bed = (s + sensor + repeat as usize).is_multiple_of(2);
+        for step in 0..SENSORS_A_SHAPE {
+            for (s, (name, own)) in shapes().iter().enumerate().rev() {
+                let sensor = (s + 2 * step + repeat as usize) % SENSORS.len();
+                let bed = (s + step + repeat as usize).is_multiple_of(2);
                 let seed = seed.child(name, sensor as u64);
                 let Some(made) = pile(own, sensor, bed, seed) else { continue };
-                let condition = format!("{name}/{sensor_name}");
-                rows(&condition, &made.survey, own, Some(&made));
-                wrong_catalogues(&condition, &made, own, s, seed);
+                let condition = format!("{name}/{}", SENSORS[sensor].0);
+                rows(out, &condition, &made.survey, own, Some(&made));
+                wrong_catalogues(out, &condition, &made, own, s, seed);
             }
         }
         for (kind, name) in ["land", "stones", "steps", "plants"].into_iter().enumerate() {
-            for (shape, own) in shapes() {
-                let survey = nature(kind, &own, seed.child(name, own.len() as u64).child(shape, 0));
-                rows(&format!("{name}/{shape}"), &survey, &own, None);
+            // Two of the four shapes; the others in the next repeat.
+            let every = shapes().into_iter().enumerate();
+            let own = every.filter(|(s, _)| (s + kind + repeat as usize).is_multiple_of(2));
+            for (_, (shape, own)) in own {
+                let survey = nature(kind, &own, seed.child(name, 0).child(shape, 0));
+                rows(out, &format!("{name}/{shape}"), &survey, &own, None);
             }
         }
     }
 }
 
+/// Sensors each shape is measured with in one repeat; others in the next.
+const SENSORS_A_SHAPE: usize = 3;
+
 /// The same pile recognised with what does not lie there: one wrong size and one wrong shape.
-fn wrong_catalogues(condition: &str, made: &SynthScene, own: &Catalog, s: usize, seed: SeedTree) {
+fn wrong_catalogues(
+    out: &mut File,
+    condition: &str,
+    made: &SynthScene,
+    own: &Catalog,
+    s: usize,
+    seed: SeedTree,
+) {
     let mut rng = seed.child("wrong", 0).rng();
     let sizes = [0.82, 0.9, 0.94, 0.96, 1.04, 1.06, 1.1, 1.2];
     let factor = sizes[rng.random_range(0..sizes.len())];
     let (_, model) = own.iter().next().expect("one block");
     let wrong = Catalog::new(vec![model.scaled(factor)]);
-    rows(&format!("size-{factor}/{condition}"), &made.survey, &wrong, None);
+    rows(out, &format!("size-{factor}/{condition}"), &made.survey, &wrong, None);
     let all = shapes();
     let (name, other) = &all[(s + rng.random_range(1..all.len())) % all.len()];
-    rows(&format!("as-{name}/{condition}"), &made.survey, other, None);
+    rows(out, &format!("as-{name}/{condition}"), &made.survey, other, None);
 }
 
 /// Recognises and prints a row for every accepted block; without truth all are wrong.
-fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&SynthScene>) {
+fn rows(
+    out: &mut File,
+    condition: &str,
+    survey: &Survey,
+    catalog: &Catalog,
+    truth: Option<&SynthScene>,
+) {
     let evidence = EvidenceConfig { min_confidence: 0.0, max_shared: 0.2, ..Default::default() };
     let config = PoseConfig { evidence, ..Default::default() };
     let n = survey.cloud.len();
@@ -156,17 +185,19 @@ fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&Synt
         };
         let (shift, turn) = error.map_or((0.0, 0.0), |e| (e.0 / sd(0), e.1 / sd(3)));
         let terms: Vec<String> = features.terms().iter().map(|t| format!("{t:.4}")).collect();
-        println!("{condition},{},{shift:.2},{turn:.2},{}", u8::from(right), terms.join(" "));
+        let (right, terms) = (u8::from(right), terms.join(" "));
+        writeln!(out, "{condition},{right},{shift:.2},{turn:.2},{terms}")
+            .expect("FEATURES can be written");
     }
 }
 
-/// A survey from above of 12 × 12 block lengths without a block: 0 land, 1 stones, 2 steps, 3 plants.
+/// A survey from above of 5 × 5 block lengths without a block: 0 land, 1 stones, 2 steps, 3 plants.
 fn nature(kind: usize, catalog: &Catalog, seed: SeedTree) -> Survey {
     let (_, model) = catalog.iter().next().expect("one block");
     let d = model.d_box_m;
     let mut rng = seed.rng();
     let mut r = |low: f32, high: f32| rng.random_range(low..high);
-    let side = 10.0 * d;
+    let side = 5.0 * d;
     let waves: Vec<[f32; 4]> = (0..24)
         .map(|k| {
             let length = d * r(0.5, 1.0) * 1.25_f32.powi(k % 12);
@@ -179,7 +210,7 @@ fn nature(kind: usize, catalog: &Catalog, seed: SeedTree) -> Survey {
         waves.iter().map(|w| w[3] * (w[0] * x + w[1] * y + w[2]).sin()).sum::<f32>()
     };
     // Lumps: centre, half axes, turn about z.
-    let lumps: Vec<(Vec3, Vec3, f32)> = (0..if kind == 1 { 160 } else { 60 })
+    let lumps: Vec<(Vec3, Vec3, f32)> = (0..if kind == 1 { 45 } else { 20 })
         .map(|_| {
             let (x, y, size) = (r(0.0, side), r(0.0, side), d * r(0.15, 0.6));
             let axes = size * Vec3::new(r(0.6, 1.2), r(0.6, 1.2), r(0.5, 1.0));
@@ -187,10 +218,10 @@ fn nature(kind: usize, catalog: &Catalog, seed: SeedTree) -> Survey {
             (Vec3::new(x, y, land(x, y) + up), axes, r(0.0, 3.1))
         })
         .collect();
-    let boxes: Vec<[f32; 5]> = (0..25)
+    let boxes: Vec<[f32; 5]> = (0..9)
         .map(|_| [r(0.0, side), r(0.0, side), d * r(0.3, 2.0), d * r(0.3, 2.0), d * r(0.2, 1.2)])
         .collect();
-    let count = (180.0 * side * side / (d * d / 4.0).max(1.0)) as usize;
+    let count = (700.0 * side * side / (d * d)) as usize;
     let mut points = Vec::with_capacity(count);
     for _ in 0..count {
         let (x, y) = (r(0.0, side), r(0.0, side));
@@ -252,67 +283,38 @@ fn read(file: &str) -> Vec<Row> {
 
 /// A condition counts for as many blocks at most, so that no rich one drowns the others.
 const MOST_OF_A_CONDITION: f64 = 25.0;
+/// Sizes that the common size decides.
+const NEARLY: [&str; 4] = ["size-0.94/", "size-0.96/", "size-1.04/", "size-1.06/"];
 /// Pull of every weight towards 0.
-const RIDGE: f64 = 0.3;
+const RIDGE: f64 = 0.2;
 /// Features that can only speak for a block (+) or against it (−); their weights keep that sign.
 const SIGNS: [f64; 20] = [
     0.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, -1.0,
     1.0, 1.0, -1.0,
 ];
 
-/// Logistic regression by Newton's steps; a weight that ends on the wrong side is held at 0.
-fn fit(fitted: &str, checked: &str) {
-    let rows = read(fitted);
+/// The fitted file; how good it is goes to the standard error.
+fn fit(fitted: &str, checked: &str) -> String {
+    let mut rows = read(fitted);
+    // Blocks a few per cent too large or small are right in all but their size, which all of them together tell.
+    rows.retain(|row| !NEARLY.iter().any(|size| row.condition.starts_with(size)));
     let mut of_condition: BTreeMap<&str, f64> = BTreeMap::new();
     for row in &rows {
         *of_condition.entry(&row.condition).or_default() += 1.0;
     }
     let count = |row: &Row| (MOST_OF_A_CONDITION / of_condition[row.condition.as_str()]).min(1.0);
-    let n = NAMES.len();
-    let mut w = vec![0.0; n];
-    let mut held = vec![false; n];
-    for _ in 0..60 {
-        let (mut a, mut b) = (vec![0.0; n * n], vec![0.0; n]);
-        for row in &rows {
-            let p = probability(&w, &row.x);
-            let c = count(row);
-            for i in 0..n {
-                b[i] += c * (f64::from(u8::from(row.right)) - p) * row.x[i];
-                for k in 0..n {
-                    a[i * n + k] += c * p * (1.0 - p) * row.x[i] * row.x[k];
-                }
-            }
-        }
-        for i in 0..n {
-            let ridge = if i == 0 { 1e-3 } else { RIDGE };
-            b[i] -= ridge * w[i];
-            a[i * n + i] += ridge;
-            if held[i] {
-                (0..n).for_each(|k| (a[i * n + k], a[k * n + i]) = (0.0, 0.0));
-                (a[i * n + i], b[i]) = (1.0, 0.0);
-            }
-        }
-        for (w, step) in w.iter_mut().zip(solve(a, b)) {
-            *w += step.clamp(-2.0, 2.0);
-        }
-        for i in 0..n {
-            if w[i] * SIGNS[i] < 0.0 {
-                (w[i], held[i]) = (0.0, true);
-            }
-        }
-    }
+    let counts: Vec<f64> = rows.iter().map(count).collect();
+    let w = weights(&rows, &counts);
     let right = rows.iter().filter(|r| r.right).count();
-    println!(
-        "# Fitted by `cargo run --release -p pose --example fit_confidence -- fit {} …`",
+    let mut file = format!(
+        "# Weights of the pose stage's confidence, made by `cargo xtask fit pose-confidence`: a feature and its weight a line.\n\
+         # Fitted to {} blocks of {} conditions, {right} of them right ({}).\n",
+        rows.len(),
+        of_condition.len(),
         name(fitted)
     );
-    println!(
-        "# to {} blocks of {} conditions, {right} of them right.",
-        rows.len(),
-        of_condition.len()
-    );
     for (name, w) in NAMES.iter().zip(&w) {
-        println!("{name} {w:.3}");
+        file += &format!("{name} {w:.3}\n");
     }
     for (title, rows) in [("fitted to", &rows), ("checked on", &read(checked))] {
         eprintln!("{title} {} blocks", rows.len());
@@ -331,6 +333,7 @@ fn fit(fitted: &str, checked: &str) {
         }
         eprintln!("stated wrong, right and not stated: {wrong:?}");
     }
+    file
 }
 
 fn name(file: &str) -> &str {
@@ -342,23 +345,38 @@ fn probability(w: &[f64], x: &[f64]) -> f64 {
     1.0 / (1.0 + (-z).exp())
 }
 
-/// Gaussian elimination; the ridge keeps the matrix regular.
-fn solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
-    let n = b.len();
-    for k in 0..n {
-        for r in k + 1..n {
-            let factor = a[r * n + k] / a[k * n + k];
-            for c in k..n {
-                a[r * n + c] -= factor * a[k * n + c];
+/// Rounds over all weights.
+const ROUNDS: usize = 3000;
+
+/// Logistic regression, one weight after the other by Newton's step, each kept on the side its feature speaks for.
+fn weights(rows: &[Row], counts: &[f64]) -> Vec<f64> {
+    let n = NAMES.len();
+    // About their means features hardly move the constant.
+    let total: f64 = counts.iter().sum();
+    let mean = |i: usize| rows.iter().zip(counts).map(|(r, c)| c * r.x[i]).sum::<f64>() / total;
+    let means: Vec<f64> = (0..n).map(|i| if i == 0 { 0.0 } else { mean(i) }).collect();
+    let mut w = vec![0.0; n];
+    let mut z = vec![0.0; rows.len()];
+    for _ in 0..ROUNDS {
+        for i in 0..n {
+            let ridge = if i == 0 { 1e-3 } else { RIDGE };
+            let (mut slope, mut curve) = (-ridge * w[i], ridge);
+            for ((row, c), z) in rows.iter().zip(counts).zip(&z) {
+                let p = 1.0 / (1.0 + f64::exp(-z));
+                let x = row.x[i] - means[i];
+                slope += c * (f64::from(u8::from(row.right)) - p) * x;
+                curve += c * p * (1.0 - p) * x * x;
             }
-            b[r] -= factor * b[k];
+            let mut next = w[i] + (slope / curve).clamp(-1.0, 1.0);
+            if next * SIGNS[i] < 0.0 {
+                next = 0.0;
+            }
+            for (row, z) in rows.iter().zip(&mut z) {
+                *z += (next - w[i]) * (row.x[i] - means[i]);
+            }
+            w[i] = next;
         }
     }
-    for k in (0..n).rev() {
-        for c in k + 1..n {
-            b[k] -= a[k * n + c] * b[c];
-        }
-        b[k] /= a[k * n + k];
-    }
-    b
+    w[0] -= w.iter().zip(&means).map(|(w, m)| w * m).sum::<f64>();
+    w
 }

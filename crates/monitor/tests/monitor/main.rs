@@ -1,0 +1,5 @@
+//! Tests of the comparison on piles of their own making.
+
+mod laws;
+mod pile;
+mod works;

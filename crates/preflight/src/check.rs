@@ -1,0 +1,326 @@
+//! The check: everything that is wrong or doubtful of a site, and the verdict.
+
+use crate::look::{SurveyLook, look};
+use crate::overlap::height_step_m;
+use geom::{DVec3, Event, Observer, Silent};
+use io::crs::FileCrs;
+use io::design_file::{self, DesignOptions};
+use io::site::Site;
+use io::{ReadOptions, alignment_file};
+use scene::{Catalog, Complaint, DesignSurface, Severity};
+use serde::Serialize;
+use std::collections::HashSet;
+use std::path::Path;
+
+/// Points that a block needs on its plan area to be told from its neighbours.
+const LEAST_POINTS: f64 = 60.0;
+/// Steps of the stored numbers beyond this share of a block blur it.
+const STEP_SHARE: f64 = 0.02;
+/// A survey that stands higher than another by this share of a block, where they overlap, has another datum.
+const DATUM_SHARE: f64 = 0.05;
+
+/// What a run will take, by the figures of BENCHMARK.md: two cores.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Expected {
+    /// Points of all surveys.
+    pub points: u64,
+    /// Memory, bytes.
+    pub memory_bytes: u64,
+    /// Time of the recognition, seconds.
+    pub recognition_s: f64,
+}
+
+/// What the check found.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Preflight {
+    /// True when nothing rules an answer out.
+    pub can_be_answered: bool,
+    /// Why not, one line each; empty when it can.
+    pub because: Vec<String>,
+    /// Everything that was found, refusals first.
+    pub complaints: Vec<Complaint>,
+    /// What each survey holds.
+    pub surveys: Vec<SurveyLook>,
+    /// Lowest and highest design height, metres.
+    pub design_levels_m: Option<[f64; 2]>,
+    /// Share of the design's area that the surveys cover.
+    pub design_covered: Option<f64>,
+    /// What a run will take.
+    pub expected: Expected,
+}
+
+/// Checks a site folder. Whatever is wrong becomes a complaint; the observer is told what is being looked at.
+pub fn check(folder: &Path, observer: &dyn Observer) -> Preflight {
+    let mut out = Preflight::default();
+    match io::site::load(folder) {
+        Err(error) => {
+            for one in error.each() {
+                out.complaints.push(refusal_of("site", &folder.display().to_string(), one));
+            }
+        }
+        Ok(site) => look_at(&site, observer, &mut out),
+    }
+    out.complaints.sort_by_key(|c| std::cmp::Reverse(c.severity));
+    let refusals = out.complaints.iter().filter(|c| c.severity == Severity::Refusal);
+    out.because = refusals.map(ToString::to_string).collect();
+    out.can_be_answered = out.because.is_empty();
+    out
+}
+
+/// An error that names its file itself, as a complaint.
+fn refusal_of(code: &'static str, file: &str, error: &dyn std::fmt::Display) -> Complaint {
+    let text = error.to_string();
+    let own = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text);
+    let (found, advice) = own.rsplit_once("; ").unwrap_or((own, ""));
+    Complaint::refusal(code, file, found, advice)
+}
+
+fn look_at(site: &Site, observer: &dyn Observer, out: &mut Preflight) {
+    let site_file = site.folder.join("site.toml").display().to_string();
+    let catalog = catalog(site, out);
+    for (spec, file) in site.spec.survey.iter().zip(&site.survey_files) {
+        let message = format!("looking at {}", file.display());
+        observer.event(Event::Noted { stage: "check", message });
+        let offset_m = spec.vertical_offset_m.unwrap_or(0.0);
+        let options = ReadOptions::of_survey(spec);
+        match look(file, &options, site.spec.axis_order, offset_m) {
+            Ok(found) => {
+                survey_complaints(&found, catalog.as_ref(), out);
+                out.surveys.push(found);
+            }
+            Err(e) => out.complaints.push(refusal_of("survey", &file.display().to_string(), &e)),
+        }
+    }
+    let mut references: Vec<(String, FileCrs)> =
+        out.surveys.iter().map(|s| (s.file.clone(), s.reference.clone())).collect();
+    let design = design(site, &site_file, &mut references, out);
+    out.complaints.extend(io::crs::disagreements(&site.spec.crs, &references));
+    if references.iter().all(|(_, r)| r.is_unstated()) && site.spec.has_crs() {
+        let found = format!(
+            "no file says which system it is in; `crs = \"{}\"` is taken on trust",
+            site.spec.crs
+        );
+        out.complaints.push(Complaint::note("crs-unstated", &site_file, found));
+    }
+    if let Some(design) = &design {
+        design_complaints(design, &site_file, out);
+    }
+    let least = catalog.as_ref().and_then(|c| c.iter().map(|(_, m)| m.d_box_m).reduce(f32::min));
+    datum_steps(f64::from(least.unwrap_or(1.0)), out);
+    out.expected = expected(&out.surveys);
+}
+
+fn catalog(site: &Site, out: &mut Preflight) -> Option<Catalog> {
+    let file = site.catalog_file.display().to_string();
+    let load = io::site::mesh_loader_telling(&site.catalog_file, &Silent);
+    match blocks::catalog(&site.catalog, &load) {
+        Ok(catalog) => {
+            for warning in blocks::warnings(&catalog) {
+                out.complaints.push(Complaint::warning("block", &file, warning.message, ""));
+            }
+            Some(catalog)
+        }
+        Err(e) => {
+            out.complaints.push(refusal_of("catalog", &file, &e));
+            None
+        }
+    }
+}
+
+fn survey_complaints(found: &SurveyLook, catalog: Option<&Catalog>, out: &mut Preflight) {
+    let mut say = |c: Complaint| out.complaints.push(c);
+    let file = &found.file;
+    for note in &found.notes {
+        say(Complaint::note("read", file, note.clone()));
+    }
+    if !found.left_out.is_empty() {
+        let list: Vec<String> = found.left_out.iter().map(|(r, n)| format!("{n} {r}")).collect();
+        say(Complaint::note("left-out", file, format!("{} points are left out", list.join(", "))));
+    }
+    if found.water_share > 0.5 {
+        let found = format!("{:.0} % of the points are water", 100.0 * found.water_share);
+        let advice = "see that the pile itself is surveyed";
+        say(Complaint::warning("water", file, found, advice));
+    }
+    if !found.strays.is_empty() {
+        let advice = "they are left out; cut them away to be rid of this line";
+        say(Complaint::warning("strays", file, found.strays.clone(), advice));
+    }
+    for (_, model) in catalog.iter().flat_map(|c| c.iter()) {
+        let (block_m, name) = (f64::from(model.d_box_m), &model.name);
+        let extent_m = (0..3).map(|k| found.high[k] - found.low[k]).fold(0.0, f64::max);
+        if block_m > 2.0 * extent_m {
+            let text =
+                format!("block `{name}` is {block_m:.2} m large, the survey only {extent_m:.2} m");
+            say(Complaint::refusal(
+                "block-size",
+                file,
+                text,
+                "check the block's size and the survey's unit",
+            ));
+        } else if block_m < 1e-4 * extent_m {
+            let text =
+                format!("block `{name}` is {block_m:.3} m large, the survey {extent_m:.0} m");
+            say(Complaint::refusal(
+                "block-size",
+                file,
+                text,
+                "check the block's size and the survey's unit",
+            ));
+        }
+        let on_block = found.density_per_m2 * block_m * block_m;
+        if on_block < LEAST_POINTS {
+            let text = format!(
+                "{:.1} points on a square metre are {on_block:.0} on a block `{name}`, too few to tell blocks apart",
+                found.density_per_m2
+            );
+            say(Complaint::warning(
+                "density",
+                file,
+                text,
+                "survey more densely, or export without thinning",
+            ));
+        }
+        if found.step_m > STEP_SHARE * block_m {
+            let text = format!(
+                "coordinates are stored in steps of {} m, {:.0} % of a block `{name}`",
+                found.step_m,
+                100.0 * found.step_m / block_m
+            );
+            say(Complaint::warning("step", file, text, "export the survey with millimetres"));
+        }
+    }
+}
+
+/// The design as a run would read it; what its file says joins the references.
+fn design(
+    site: &Site,
+    site_file: &str,
+    references: &mut Vec<(String, FileCrs)>,
+    out: &mut Preflight,
+) -> Option<DesignSurface> {
+    let spec = &site.spec;
+    if let (Some(file), Some(own)) = (&site.design_file, &spec.design_file) {
+        let options = DesignOptions {
+            cell_m: own.cell_m,
+            axis_order: spec.axis_order,
+            surface: own.surface.as_deref(),
+            unit: own.unit,
+        };
+        let name = file.display().to_string();
+        return match design_file::read_with(file, &options, &Silent) {
+            Ok(read) => {
+                let notes = read.notes.iter().map(|n| Complaint::note("design", &name, n.clone()));
+                out.complaints.extend(notes);
+                references.push((name, read.reference));
+                Some(read.surface)
+            }
+            Err(e) => {
+                out.complaints.push(refusal_of("design", &name, &e));
+                None
+            }
+        };
+    }
+    let design = spec.design.clone()?;
+    let (Some(file), Some(own)) = (&site.alignment_file, &spec.alignment_file) else {
+        return Some(design);
+    };
+    let name = file.display().to_string();
+    match alignment_file::read(file, own.name.as_deref(), spec.axis_order, &Silent) {
+        Ok((points, reference)) => {
+            references.push((name, reference));
+            let design = design.along(points);
+            if let Err(e) = design.check() {
+                out.complaints.push(refusal_of("design", site_file, &e));
+                return None;
+            }
+            Some(design)
+        }
+        Err(e) => {
+            out.complaints.push(refusal_of("alignment", &name, &e));
+            None
+        }
+    }
+}
+
+fn design_complaints(design: &DesignSurface, site_file: &str, out: &mut Preflight) {
+    out.design_levels_m = design.levels();
+    let Some((low, high)) = bulk(&out.surveys) else { return };
+    if let Some(objection) = design.heights_objection(low.z, high.z) {
+        let (found, advice) = objection.rsplit_once("; ").unwrap_or((&objection, ""));
+        out.complaints.push(Complaint::refusal("design-heights", site_file, found, advice));
+    }
+    let [[west, south], [east, north]] = design.extent();
+    let gap = |low: f64, high: f64, from: f64, to: f64| (from - high).max(low - to).max(0.0);
+    let away_m = gap(low.x, high.x, west, east).hypot(gap(low.y, high.y, south, north));
+    if away_m > 0.0 {
+        let swapped = gap(low.x, high.x, south, north).hypot(gap(low.y, high.y, west, east)) == 0.0;
+        let advice = if swapped {
+            "its east and north fit when they change places: check the order of its numbers, and `axis_order`"
+        } else {
+            "check its coordinates, `crs` and `axis_order`"
+        };
+        let found = format!("the design lies {away_m:.0} m away from everything surveyed");
+        out.complaints.push(Complaint::refusal("design-elsewhere", site_file, found, advice));
+        return;
+    }
+    let covered = covered(design, &out.surveys);
+    out.design_covered = Some(covered);
+    if covered < 0.8 {
+        let found = format!("the surveys cover {:.0} % of the design's area", 100.0 * covered);
+        let advice = "outside them nothing is known and nothing is planned";
+        out.complaints.push(Complaint::warning("design-covered", site_file, found, advice));
+    }
+}
+
+/// Box around the bulk of every survey.
+fn bulk(surveys: &[SurveyLook]) -> Option<(DVec3, DVec3)> {
+    let boxes = surveys.iter().map(|s| (DVec3::from_array(s.low), DVec3::from_array(s.high)));
+    boxes.reduce(|(l, h), (a, b)| (l.min(a), h.max(b)))
+}
+
+/// Share of the design's places (of 10,000 at most) that lie in a cell with points.
+fn covered(design: &DesignSurface, surveys: &[SurveyLook]) -> f64 {
+    const SIDE: usize = 100;
+    let [[west, south], [east, north]] = design.extent();
+    let step = [(east - west) / SIDE as f64, (north - south) / SIDE as f64];
+    let cell = step[0].max(step[1]).max(0.5);
+    let key = |x: f64, y: f64| [(x / cell).floor() as i64, (y / cell).floor() as i64];
+    let seen: HashSet<[i64; 2]> =
+        surveys.iter().flat_map(|s| &s.sample).map(|p| key(p.x, p.y)).collect();
+    let (mut all, mut inside) = (0_u32, 0_u32);
+    for i in 0..SIDE {
+        for j in 0..SIDE {
+            let (x, y) = (west + (i as f64 + 0.5) * step[0], south + (j as f64 + 0.5) * step[1]);
+            if design.level_at(x, y).is_some() {
+                all += 1;
+                inside += u32::from(seen.contains(&key(x, y)));
+            }
+        }
+    }
+    f64::from(inside) / f64::from(all.max(1))
+}
+
+fn datum_steps(block_m: f64, out: &mut Preflight) {
+    for i in 0..out.surveys.len() {
+        for j in i + 1..out.surveys.len() {
+            let (a, b) = (&out.surveys[i], &out.surveys[j]);
+            let Some(step) = height_step_m(a, b, block_m / 2.0) else { continue };
+            if step.abs() > DATUM_SHARE * block_m {
+                let found = format!("where both lie, it stands {step:+.2} m above {}", a.file);
+                let advice = "check `vertical_offset_m` of both";
+                out.complaints.push(Complaint::warning("datum-step", &b.file, found, advice));
+            }
+        }
+    }
+}
+
+/// 120 bytes a point through all stages, 2.5 s for every 100,000 points.
+fn expected(surveys: &[SurveyLook]) -> Expected {
+    let points: u64 = surveys.iter().map(|s| s.points).sum();
+    Expected {
+        points,
+        memory_bytes: 150_000_000 + 120 * points,
+        recognition_s: points as f64 * 2.5e-5,
+    }
+}

@@ -1,0 +1,11 @@
+//! Looks at a site before it is worked on: every complaint at once, and whether the question can be answered. And writes a first
+//! site from surveys alone.
+
+mod check;
+mod first_site;
+mod look;
+mod overlap;
+
+pub use check::{Expected, Preflight, check};
+pub use first_site::{FirstSite, InitError, first_site};
+pub use look::SurveyLook;
