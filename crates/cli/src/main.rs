@@ -8,6 +8,7 @@ use args::Command;
 use clap::Parser;
 use std::process::ExitCode;
 use terminal::Terminal;
+use tsumu::Job;
 
 // glibc's allocator returns every tensor to the system: inference takes much longer with it.
 #[global_allocator]
@@ -16,19 +17,22 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 fn main() -> ExitCode {
     let options = args::Options::parse();
     let terminal = Terminal::new(&options.output);
-    terminal::end(&terminal, || dispatch(&options.command, &terminal))
+    terminal::end(&terminal, || {
+        let job = terminal.job()?;
+        job.install(|| dispatch(&options.command, &terminal, &job))
+    })
 }
 
-fn dispatch(command: &Command, terminal: &Terminal) -> tsumu::Result<()> {
+fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<()> {
     match command {
-        Command::Run(args) => cmd::run::run(args, terminal),
-        Command::Segment(args) => cmd::segment::segment(args, terminal),
-        Command::Recognise(args) => cmd::recognise::recognise(args, terminal),
-        Command::Plan(args) => cmd::plan::plan(args, terminal),
-        Command::Report(args) => cmd::report::report(args, terminal),
-        Command::Evaluate(args) => cmd::evaluate::evaluate(args, terminal),
+        Command::Run(args) => cmd::run::run(args, terminal, job),
+        Command::Segment(args) => cmd::segment::segment(args, terminal, job),
+        Command::Recognise(args) => cmd::recognise::recognise(args, terminal, job),
+        Command::Plan(args) => cmd::plan::plan(args, terminal, job),
+        Command::Report(args) => cmd::report::report(args, terminal, job),
+        Command::Evaluate(args) => cmd::evaluate::evaluate(args, terminal, job),
         Command::Verify(args) => cmd::verify::verify(args, terminal),
-        Command::Synth(args) => cmd::synth::synth(args, terminal),
+        Command::Synth(args) => cmd::synth::synth(args, terminal, job),
         Command::Completions(args) => cmd::completions::completions::<args::Options>(args),
         Command::Man(args) => cmd::man::man::<args::Options>(args, terminal),
     }

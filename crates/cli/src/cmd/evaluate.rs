@@ -4,7 +4,7 @@ use crate::words;
 use clap::Args;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{Evaluation, Result};
+use tsumu::{Evaluation, Job, Result};
 
 /// Score a result against a truth, also files made by other programs.
 ///
@@ -31,7 +31,7 @@ pub struct EvaluateArgs {
 }
 
 /// Prints the table; with `--json` or `--out` also as JSON.
-pub fn evaluate(args: &EvaluateArgs, terminal: &Terminal) -> Result<()> {
+pub fn evaluate(args: &EvaluateArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let mut order = Evaluation {
         truth: args.truth.clone(),
         result: args.result.clone(),
@@ -39,7 +39,7 @@ pub fn evaluate(args: &EvaluateArgs, terminal: &Terminal) -> Result<()> {
         ..Evaluation::default()
     };
     order.criteria.occlusion_limit = args.occlusion_limit;
-    let scores = tsumu::evaluate(&order, &terminal.job()?)?;
+    let scores = tsumu::evaluate(&order, job)?;
     words::scores(&scores, terminal);
     terminal.emit("metrics", &scores);
     match &args.out {

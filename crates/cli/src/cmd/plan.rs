@@ -4,7 +4,7 @@ use crate::words;
 use clap::Args;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{PlanOptions, Result, Run, Settings, Site};
+use tsumu::{Job, PlanOptions, Result, Run, Settings, Site};
 
 /// Plan how many blocks to add, where, in which order and attitude.
 ///
@@ -75,17 +75,16 @@ impl PlanArgs {
 }
 
 /// Plans and writes.
-pub fn plan(args: &PlanArgs, terminal: &Terminal) -> Result<()> {
-    let job = terminal.job()?;
+pub fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let (folder, run) = tsumu::folders_of(&args.site_or_run, args.site.as_deref())?;
-    let site = Site::load_with(&folder, &args.settings(), &job)?;
+    let site = Site::load_with(&folder, &args.settings(), job)?;
     site.needed_design()?;
-    let found = Run::open_recognition(run.root(), &site, &job)?;
+    let found = Run::open_recognition(run.root(), &site, job)?;
     let previous = args.from.as_deref().map(|from| site.read_plan(from)).transpose()?;
     let mut new = Run::create(&args.out, &site)?;
     new.note_source(&run, args.from.as_deref())?;
     let options = PlanOptions { proposer: args.placement_model.clone(), previous };
-    let planned = site.plan(&found, &options, &job)?;
+    let planned = site.plan(&found, &options, job)?;
     let run = new.keep(&planned)?.seal()?;
     let summary = planned.summary();
     terminal.emit("planned", &summary);

@@ -6,7 +6,7 @@ use crate::words;
 use clap::Args;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{RecogniseSummary, Result, Run, Site};
+use tsumu::{Job, RecogniseSummary, Result, Run, Site};
 
 /// Find pose and type of every block in a cloud.
 ///
@@ -35,13 +35,12 @@ pub struct RecogniseArgs {
 }
 
 /// Recognises and writes.
-pub fn recognise(args: &RecogniseArgs, terminal: &Terminal) -> Result<()> {
-    let job = terminal.job()?;
+pub fn recognise(args: &RecogniseArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let clouds = args.measured.clouds(&args.clouds);
     let (review, settings) = (args.review.as_deref(), args.chosen.settings());
-    let site = Site::of_clouds(&clouds, &args.catalog, review, &settings, &job)?;
+    let site = Site::of_clouds(&clouds, &args.catalog, review, &settings, job)?;
     let run = Run::create(&args.out, &site)?;
-    let found = site.recognise(&args.chosen.options(), &job)?;
+    let found = site.recognise(&args.chosen.options(), job)?;
     words::review(&found, terminal);
     let run = run.keep(&found)?;
     run.picture()?;

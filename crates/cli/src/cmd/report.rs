@@ -3,7 +3,7 @@
 use clap::Args;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{Result, Run, Site};
+use tsumu::{Job, Result, Run, Site};
 
 /// Write the report of a run folder again.
 ///
@@ -22,12 +22,11 @@ pub struct ReportArgs {
 }
 
 /// Reads a run and writes its page.
-pub fn report(args: &ReportArgs, terminal: &Terminal) -> Result<()> {
-    let job = terminal.job()?;
+pub fn report(args: &ReportArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let folder = Site::folder_of_run(&args.run, args.site.as_deref())?;
-    let site = Run::settled(&args.run, Site::load(&folder, &job)?, &job)?;
+    let site = Run::settled(&args.run, Site::load(&folder, job)?, job)?;
     let run = Run::open(&args.run, &site)?;
-    let page = run.report(&site, &job)?;
+    let page = run.report(&site, job)?;
     let out = args.out.clone().unwrap_or_else(|| run.folder.report());
     page.write_html(&out)?;
     terminal.say(format!("open {}", out.display()));

@@ -7,7 +7,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{
-    PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings, Site, WholeRun,
+    Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings, Site,
+    WholeRun,
 };
 
 /// Everything for one site: segment, recognise, plan, report.
@@ -63,11 +64,11 @@ impl RunArgs {
 }
 
 /// Runs every stage and writes every file.
-pub fn run(args: &RunArgs, terminal: &Terminal) -> Result<()> {
-    let (job, options) = (terminal.job()?, args.options());
-    let site = Site::load_with(&args.site, &args.settings(), &job)?;
+pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
+    let options = args.options();
+    let site = Site::load_with(&args.site, &args.settings(), job)?;
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
-    let whole = WholeRun::begin(&site, &out, &options, &job)?;
+    let whole = WholeRun::begin(&site, &out, &options, job)?;
     let recognition = whole.recognise()?;
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{Result, Site};
+use tsumu::{Job, Result, Site};
 
 /// Label every point of a cloud with the block it belongs to.
 ///
@@ -32,12 +32,11 @@ pub struct SegmentArgs {
 }
 
 /// Segments and writes.
-pub fn segment(args: &SegmentArgs, terminal: &Terminal) -> Result<()> {
-    let job = terminal.job()?;
+pub fn segment(args: &SegmentArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     tsumu::check_labelled(&args.out)?;
     let clouds = args.measured.clouds(std::slice::from_ref(&args.cloud));
-    let site = Site::of_clouds(&clouds, &args.catalog, None, &args.chosen.settings(), &job)?;
-    let (found, weights) = site.segment(&args.chosen.options(), &job)?;
+    let site = Site::of_clouds(&clouds, &args.catalog, None, &args.chosen.settings(), job)?;
+    let (found, weights) = site.segment(&args.chosen.options(), job)?;
     site.write_labelled(&args.out, &found, &weights)?;
     let (points, labelled) = (found.instance.len(), found.labelled());
     terminal.emit(

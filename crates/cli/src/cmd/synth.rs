@@ -4,7 +4,9 @@ use anyhow::anyhow;
 use clap::Args;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{DatasetOptions, DatasetSummary, Error, Georeference, RecipeInputs, Result, Shard};
+use tsumu::{
+    DatasetOptions, DatasetSummary, Error, Georeference, Job, RecipeInputs, Result, Shard,
+};
 
 /// Make synthetic piles with known truth, scanned like a survey.
 ///
@@ -65,14 +67,14 @@ fn shard(text: &str) -> std::result::Result<Shard, String> {
 }
 
 /// Makes the scenes.
-pub fn synth(args: &SynthArgs, terminal: &Terminal) -> Result<()> {
-    let (job, options) = (terminal.job()?, options(args)?);
-    let inputs = tsumu::read_recipe(&args.recipe, args.catalog.as_deref(), &job)?;
+pub fn synth(args: &SynthArgs, terminal: &Terminal, job: &Job) -> Result<()> {
+    let options = options(args)?;
+    let inputs = tsumu::read_recipe(&args.recipe, args.catalog.as_deref(), job)?;
     if let (Some(crs), Some(origin)) = (&args.site_crs, args.site_origin) {
         return site(args, &inputs, Georeference { crs: crs.clone(), origin }, terminal);
     }
     let DatasetSummary { made, there, index } =
-        tsumu::make_dataset(&args.out, &inputs, &options, &job)?;
+        tsumu::make_dataset(&args.out, &inputs, &options, job)?;
     let state = index.map_or("other shards are still missing".to_owned(), |index| {
         format!("all {} are in {}", args.scenes, index.display())
     });
