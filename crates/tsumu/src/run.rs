@@ -9,6 +9,7 @@ use crate::run_folder::RunFolder;
 use crate::{Error, Job, Result, Site, outputs, review, settings, stored, version};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
+use io::atomic::TEMPORARY;
 use io::manifest::{Difference, Manifest, entry, files_below, portable, verify};
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -132,7 +133,9 @@ impl<'a> NewRun<'a> {
             self.manifest.check_inputs(folder).or_bad_input()?;
         }
         let there = files_below(self.folder.root())?;
-        let written = there.iter().filter(|name| !self.strangers.contains(*name));
+        // Finished parts lie there until the run is whole.
+        let in_hand = |name: &PathBuf| name.to_string_lossy().starts_with(TEMPORARY);
+        let written = there.iter().filter(|name| !self.strangers.contains(*name) && !in_hand(name));
         self.manifest.seal(self.folder.root(), written.map(PathBuf::as_path))?;
         Ok(self.folder)
     }

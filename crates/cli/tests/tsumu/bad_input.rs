@@ -50,7 +50,12 @@ fn unknown_setting() {
 
 #[test]
 fn crs_missing() {
-    refused(site_with(&SITE.replace("crs = \"EPSG:6679\"", "")).path(), &["site.toml", "crs"]);
+    // A file that names its system answers for the site; this one names none.
+    let text = SITE.replace("crs = \"EPSG:6679\"", "").replace("survey.laz", "survey.ply");
+    let folder = site_with(&text);
+    let ply = "ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\nproperty double z\nend_header\n1 2 3\n";
+    std::fs::write(folder.path().join("survey.ply"), ply).unwrap();
+    refused(folder.path(), &["site.toml", "crs"]);
 }
 
 #[test]

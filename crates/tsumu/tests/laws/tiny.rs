@@ -29,8 +29,22 @@ name = "cube-4t"
 shape = { kind = "cube", size = 1.2 }
 "#;
 
-/// A site of the tiny survey; most blocks are held to a confidence that some do not reach.
-pub const SITE: &str = r#"
+/// A site of the tiny survey, some of whose blocks do not reach the confidence they are held to.
+pub fn site() -> &'static str {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    TEXT.get_or_init(|| {
+        let with = |confidence: f32| SITE.replace("CONFIDENCE", &format!("{confidence:?}"));
+        let (folder, job) = (site_folder(&with(0.0)), Job::silent());
+        let site = Site::load(folder.path(), &job).unwrap();
+        let found = site.recognise(&Default::default(), &job).unwrap();
+        let fits = scene::stated(&found.blocks).filter_map(|(_, fit)| fit.confidence);
+        let mut all: Vec<f32> = fits.collect();
+        all.sort_by(f32::total_cmp);
+        with(0.5 * (all[all.len() / 2 - 1] + all[all.len() / 2]))
+    })
+}
+
+const SITE: &str = r#"
 name = "Tiny <site> & test"
 crs = "EPSG:6679"
 vertical_datum = "T.P."
@@ -42,7 +56,7 @@ sensor = "uav"
 vertical_offset_m = 0.0
 
 [pose.evidence]
-min_confidence = 0.97
+min_confidence = CONFIDENCE
 
 [plan]
 rounds = 1
