@@ -36,6 +36,8 @@ pub enum Command {
     Evaluate(cmd::evaluate::EvaluateArgs),
     /// Check that no file of a run folder has changed since it was written
     Verify(cmd::verify::VerifyArgs),
+    /// Sign a finished run, so that changes can be told by whoever has the public key
+    Sign(cmd::sign::SignArgs),
     /// Make synthetic piles with known truth, scanned like a survey
     Synth(cmd::synth::SynthArgs),
     /// Print the completion script of a shell

@@ -32,6 +32,7 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::Report(args) => cmd::report::report(args, terminal, job),
         Command::Evaluate(args) => cmd::evaluate::evaluate(args, terminal, job),
         Command::Verify(args) => cmd::verify::verify(args, terminal),
+        Command::Sign(args) => cmd::sign::sign(args, terminal),
         Command::Synth(args) => cmd::synth::synth(args, terminal, job),
         Command::Completions(args) => cmd::completions::completions::<args::Options>(args),
         Command::Man(args) => cmd::man::man::<args::Options>(args, terminal),

@@ -36,6 +36,14 @@ pub fn recognised(summary: &RecogniseSummary, terminal: &Terminal) {
     ));
 }
 
+/// What a survey in which nothing was recognised gets instead of a count.
+pub fn nothing_recognised(summary: &RecogniseSummary) -> String {
+    format!(
+        "no block of the catalogue was recognised in {} points, so no count is stated and nothing is planned; check catalogue, size and unit (`tsumu blocks fit`), or say --bare-ground to plan on what was surveyed",
+        summary.points
+    )
+}
+
 /// The figures of a plan.
 pub fn planned(summary: &PlannedSummary, terminal: &Terminal) {
     let p = &summary.plan;

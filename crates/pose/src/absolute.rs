@@ -10,6 +10,7 @@ use crate::shell::Near;
 use crate::sight::Seen;
 use crate::template::Template;
 use geom::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// The numbers of one block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -184,7 +185,7 @@ fn scale(
 }
 
 /// The size that fits the blocks of a survey best.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CommonSize {
     /// Over the catalogue's.
     pub factor: f32,

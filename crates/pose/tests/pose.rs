@@ -171,7 +171,7 @@ fn land_and_steps_hold_no_block() {
             let config = PoseConfig::default();
             let found = recognise_pile(&survey, &nothing, &catalog, &config, &Silent).unwrap();
             assert_eq!(found.pile.stated, 0, "{shape:?}: {:?}", found.pile);
-            assert!(found.pile.unlike() && !found.pile.sentences().is_empty());
+            assert!(found.pile.unlike() && !found.pile.warnings().is_empty());
         }
     }
 }

@@ -19,6 +19,7 @@ mod evaluate;
 mod job;
 mod labelled;
 mod local_survey;
+mod lock;
 mod outputs;
 mod page;
 mod planning;

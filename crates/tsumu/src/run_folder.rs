@@ -1,5 +1,6 @@
 //! Where things lie in a run folder: one folder a stage, named by the stage's word.
 
+use crate::error::OrBadInput;
 use crate::{Error, Result, outputs};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ impl RunFolder {
     /// The folder for a new run. Refuses one that holds something else than an earlier run.
     pub fn for_writing(root: &Path) -> Result<Self> {
         let folder = Self { root: root.to_path_buf() };
+        io::atomic::refuse_links(root).or_bad_input()?;
         if root.is_file() {
             return Err(Error::bad_input(anyhow!(
                 "{}: is a file, not a folder; choose another --out",

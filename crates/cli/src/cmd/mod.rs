@@ -10,5 +10,6 @@ pub mod recognise;
 pub mod report;
 pub mod run;
 pub mod segment;
+pub mod sign;
 pub mod synth;
 pub mod verify;
