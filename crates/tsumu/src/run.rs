@@ -5,7 +5,7 @@ use crate::error::OrBadInput;
 use crate::page::{self, Page, PageInput};
 use crate::planning::Planned;
 use crate::recognition::Recognition;
-use crate::run_folder::RunFolder;
+use crate::run_folder::{RunFolder, SHEETS};
 use crate::{Error, Job, Result, Site, outputs, review, settings, stored, version};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
@@ -111,6 +111,7 @@ impl<'a> NewRun<'a> {
         })?;
         io::atomic::write_bytes(&self.folder.report(), page.html.as_bytes())?;
         io::atomic::write_bytes(&self.folder.picture(), &page.png)?;
+        io::atomic::write_bytes(&self.folder.sheets(), &page.sheets)?;
         job.done("report");
         Ok(self)
     }
@@ -250,7 +251,9 @@ impl Run {
     /// Writes the exports of its blocks and plan into a folder.
     pub fn export(&self, site: &Site, folder: &Path) -> Result<()> {
         let drawings = drawn(site, &self.recognition, self.planned.as_ref())?;
-        export(folder, site, &self.recognition, self.planned.as_ref().zip(drawings.as_ref()))
+        export(folder, site, &self.recognition, self.planned.as_ref().zip(drawings.as_ref()))?;
+        let page = self.report(site, &Job::silent())?;
+        Ok(io::atomic::write_bytes(&folder.join(SHEETS), &page.sheets)?)
     }
 
     /// Files of a run folder, and its inputs when the site folder is given, that are not as they were; empty: all are.
