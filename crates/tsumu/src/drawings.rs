@@ -136,10 +136,9 @@ pub(crate) fn why(reason: UnfilledReason) -> Text {
         UnfilledReason::Tried(Unstable) => {
             Text::new("blocks tried here were not stable", "試行したブロックが不安定")
         }
-        UnfilledReason::Tried(Kept) | UnfilledReason::NoTrial => Text::new(
-            "no block could be tried here: covered, out of reach, or no pose fits",
-            "試行できない（覆われている、届かない、姿勢が見つからない）",
-        ),
+        UnfilledReason::Tried(Kept) | UnfilledReason::NoTrial => {
+            Text::new("no pose fits, covered, or out of reach", "姿勢なし・覆われている・届かない")
+        }
     }
 }
 

@@ -196,7 +196,8 @@ fn provenance(manifest: &Manifest) -> Vec<(Text, String)> {
 /// The count with the range that other seeds give, when it was computed.
 fn count(planned: &Planned) -> Count {
     let bound = |v: f32| f64::from(v).round() as u32;
-    let range = planned.range.as_ref();
+    // One plan is no range.
+    let range = planned.range.as_ref().filter(|r| r.plans > 1);
     let basis = match range {
         Some(CountRange { plans, .. }) if range.is_some_and(CountRange::varied) => Text::new(
             format!(
