@@ -114,6 +114,17 @@ pub fn surfaces(works: &Works, scene: &Scene, plan: &Plan) -> (Surfaces, Vec<pla
     (surfaces, sections)
 }
 
+/// Places that a plan leaves below the design, and why.
+pub fn unfilled(
+    works: &Works,
+    scene: &Scene,
+    plan: &Plan,
+    surfaces: &Surfaces,
+    config: &Config,
+) -> Result<Vec<plan::Unfilled>, PipelineError> {
+    Ok(plan::unfilled(&input(works, scene), &config.plan, surfaces, plan)?)
+}
+
 /// How far each survey point lies below the design, metres.
 pub fn point_deficits_m(works: &Works, scene: &Scene, plan: &Plan) -> Vec<f32> {
     plan::point_deficits_m(&surfaces_input(works, scene, plan))

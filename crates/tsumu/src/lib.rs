@@ -30,6 +30,7 @@ mod review_matching;
 mod run;
 mod run_folder;
 mod settings;
+mod sheet_font;
 mod site;
 mod stored;
 mod summary;

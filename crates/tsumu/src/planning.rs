@@ -68,8 +68,11 @@ impl Site {
         parts: &Parts,
     ) -> Result<Planned> {
         let (seed, job) = (SeedTree::new(self.seed), parts.job());
+        // What the reviewer struck out of the earlier plan is planned anew; what was locked stays.
+        let reviewed = self.review.as_ref().zip(previous);
+        let reviewed = reviewed.map(|(r, earlier)| r.reviewed_plan(earlier, &self.survey.frame));
         let works = Works {
-            previous,
+            previous: reviewed.as_ref().or(previous),
             proposer: proposer.map(|p| &p.model as &dyn Proposer),
             ..self.works(&recognition.blocks, self.needed_design()?)
         };

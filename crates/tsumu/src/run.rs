@@ -6,7 +6,7 @@ use crate::lock::FolderLock;
 use crate::page::{self, Page, PageInput};
 use crate::planning::Planned;
 use crate::recognition::Recognition;
-use crate::run_folder::RunFolder;
+use crate::run_folder::{RunFolder, SHEETS};
 use crate::{Error, Job, Result, Site, outputs, resume, review, settings, stored, version};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
@@ -115,6 +115,7 @@ impl<'a> NewRun<'a> {
         })?;
         io::atomic::write_bytes(&self.folder.report(), page.html.as_bytes())?;
         io::atomic::write_bytes(&self.folder.picture(), &page.png)?;
+        io::atomic::write_bytes(&self.folder.sheets(), &page.sheets)?;
         job.done("report");
         Ok(self)
     }
@@ -274,7 +275,9 @@ impl Run {
     /// Writes the exports of its blocks and plan into a folder.
     pub fn export(&self, site: &Site, folder: &Path) -> Result<()> {
         let drawings = drawn(site, &self.recognition, self.planned.as_ref())?;
-        export(folder, site, &self.recognition, self.planned.as_ref().zip(drawings.as_ref()))
+        export(folder, site, &self.recognition, self.planned.as_ref().zip(drawings.as_ref()))?;
+        let page = self.report(site, &Job::silent())?;
+        Ok(io::atomic::write_bytes(&folder.join(SHEETS), &page.sheets)?)
     }
 
     /// Makes a pair of keys for [`sign`](Self::sign): the secret one at `file`; the place of the public one comes back.

@@ -5,6 +5,9 @@ use crate::{Error, Result, outputs};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 
+/// The drawings on paper, among the exports.
+pub(crate) const SHEETS: &str = "sheets.pdf";
+
 /// A run folder. Nothing is made until something is written.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
@@ -84,6 +87,11 @@ impl RunFolder {
     /// Files for GIS, CAD, BIM and viewers.
     pub fn exports(&self) -> PathBuf {
         self.root.join("exports")
+    }
+
+    /// The drawings on paper.
+    pub fn sheets(&self) -> PathBuf {
+        self.exports().join(SHEETS)
     }
 
     /// The page for people.

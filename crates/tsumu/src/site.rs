@@ -27,6 +27,8 @@ pub struct Site {
     pub name: String,
     /// The site folder; `None` for clouds without one.
     pub folder: Option<PathBuf>,
+    /// Day of the survey, `YYYY-MM-DD`; empty when the site does not state it.
+    pub survey_date: String,
     /// Block types.
     pub catalog: Catalog,
     /// All surveys in one local frame.
@@ -75,6 +77,7 @@ impl Site {
         let ground = ground(&files, &survey);
         let site = Self {
             name: files.spec.name.clone(),
+            survey_date: files.spec.survey_date.clone(),
             design: design(&files, job)?,
             seed: settings.seed.unwrap_or(files.spec.seed),
             folder: Some(files.folder),
@@ -107,6 +110,7 @@ impl Site {
         }
         let site = Self {
             name: String::new(),
+            survey_date: String::new(),
             folder: None,
             catalog: catalogue::read(catalog, job)?,
             survey: clouds.survey(job)?,
