@@ -30,6 +30,7 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::Recognise(args) => cmd::recognise::recognise(args, terminal, job),
         Command::Plan(args) => cmd::plan::plan(args, terminal, job),
         Command::Report(args) => cmd::report::report(args, terminal, job),
+        Command::Compare(args) => cmd::compare::compare(args, terminal, job),
         Command::Evaluate(args) => cmd::evaluate::evaluate(args, terminal, job),
         Command::Verify(args) => cmd::verify::verify(args, terminal),
         Command::Sign(args) => cmd::sign::sign(args, terminal),

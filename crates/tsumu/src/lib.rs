@@ -12,6 +12,7 @@
 //! ```
 
 mod catalogue;
+mod comparison;
 mod dataset;
 mod drawings;
 mod error;
@@ -41,6 +42,10 @@ mod weights;
 mod whole_run;
 
 pub use catalogue::{RecipeInputs, read_recipe};
+pub use comparison::{
+    CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
+    compare_with_plan, read_stable_ground,
+};
 pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
 pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
@@ -57,6 +62,6 @@ pub use settings::Settings;
 pub use site::Site;
 pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary};
 pub use surveys::Clouds;
-pub use synthetic_site::{Georeference, SyntheticSite, make_site};
+pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
 pub use weights::{WeightsOrigin, load as load_weights};
 pub use whole_run::{RunOptions, WholeRun, run};

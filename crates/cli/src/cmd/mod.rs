@@ -1,6 +1,7 @@
 //! One file a subcommand: its flags, and the calls they become.
 
 pub mod chosen;
+pub mod compare;
 pub mod completions;
 pub mod evaluate;
 pub mod man;
