@@ -28,7 +28,7 @@ impl Site {
         weights: &WeightsOrigin,
     ) -> Result<()> {
         check_labelled(file)?;
-        outputs::write_labelled(file, &self.survey, segments)?;
+        outputs::write_labelled(file, self, segments)?;
         let config = beside(file, ".config.toml");
         io::atomic::write_bytes(&config, toml::to_string(&self.config)?.as_bytes())?;
         let mut manifest =

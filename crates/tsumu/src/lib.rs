@@ -11,6 +11,7 @@
 //! # Ok::<(), tsumu::Error>(())
 //! ```
 
+mod before;
 mod catalogue;
 mod dataset;
 mod drawings;
@@ -20,6 +21,7 @@ mod job;
 mod labelled;
 mod local_survey;
 mod outputs;
+mod own_records;
 mod page;
 mod planning;
 mod recognition;
@@ -38,6 +40,7 @@ pub mod version;
 mod weights;
 mod whole_run;
 
+pub use before::{cannot, check, check_first, init};
 pub use catalogue::{RecipeInputs, read_recipe};
 pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
 pub use error::{Error, Kind, Result};
@@ -47,6 +50,7 @@ pub use labelled::check_labelled;
 pub use outputs::json_value;
 pub use page::Page;
 pub use planning::{PlanOptions, Planned, kept_of};
+pub use preflight::{FirstSite, Preflight};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};

@@ -2,7 +2,10 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 13] = [
+    "init",
+    "blocks",
+    "check",
     "run",
     "segment",
     "recognise",
