@@ -19,7 +19,7 @@ const STEP_SHARE: f64 = 0.02;
 /// A survey that stands higher than another by this share of a block, where they overlap, has another datum.
 const DATUM_SHARE: f64 = 0.05;
 
-/// What a run will take, by the figures of BENCHMARK.md: two cores.
+/// A guess of what a run will take on two cores; the figures are not measured.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Expected {
     /// Points of all surveys.
@@ -45,7 +45,7 @@ pub struct Preflight {
     pub design_levels_m: Option<[f64; 2]>,
     /// Share of the design's area that the surveys cover.
     pub design_covered: Option<f64>,
-    /// What a run will take.
+    /// A guess of what a run will take.
     pub expected: Expected,
 }
 
@@ -315,7 +315,7 @@ fn datum_steps(block_m: f64, out: &mut Preflight) {
     }
 }
 
-/// 120 bytes a point through all stages, 2.5 s for every 100,000 points.
+/// Guesses: 120 bytes a point through all stages, 2.5 s for every 100,000 points.
 fn expected(surveys: &[SurveyLook]) -> Expected {
     let points: u64 = surveys.iter().map(|s| s.points).sum();
     Expected {

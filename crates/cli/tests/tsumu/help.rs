@@ -2,7 +2,10 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 15] = [
+    "init",
+    "blocks",
+    "check",
     "run",
     "segment",
     "recognise",
@@ -11,6 +14,7 @@ const COMMANDS: [&str; 11] = [
     "compare",
     "evaluate",
     "verify",
+    "sign",
     "synth",
     "completions",
     "man",
