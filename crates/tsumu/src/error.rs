@@ -47,6 +47,7 @@ impl Error {
 
     /// Several complaints about the user's files, one a line; `None` without any.
     pub(crate) fn of_lines(lines: Vec<String>) -> Option<Self> {
+        let lines: Vec<_> = lines.iter().map(|line| line.replace('\n', " ")).collect();
         (!lines.is_empty()).then(|| Self::bad_input(Several(lines)))
     }
 
