@@ -32,10 +32,14 @@ pub enum Command {
     Plan(cmd::plan::PlanArgs),
     /// Write the report of a run folder again
     Report(cmd::report::ReportArgs),
+    /// Tell what happened to every block between surveys, or what became of a plan
+    Compare(cmd::compare::CompareArgs),
     /// Score a result against a truth, also files made by other programs
     Evaluate(cmd::evaluate::EvaluateArgs),
     /// Check that no file of a run folder has changed since it was written
     Verify(cmd::verify::VerifyArgs),
+    /// Sign a finished run, so that changes can be told by whoever has the public key
+    Sign(cmd::sign::SignArgs),
     /// Make synthetic piles with known truth, scanned like a survey
     Synth(cmd::synth::SynthArgs),
     /// Print the completion script of a shell

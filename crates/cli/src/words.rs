@@ -1,7 +1,7 @@
 //! Results in words, for people.
 
 use terminal::Terminal;
-use tsumu::{CountRange, PlannedSummary, RecogniseSummary, Recognition, Scores};
+use tsumu::{Compared, CountRange, PlannedSummary, RecogniseSummary, Recognition, Scores};
 
 fn percent(value: Option<f64>) -> String {
     value.map_or("–".to_string(), |v| format!("{:.1} %", v * 100.0))
@@ -34,6 +34,14 @@ pub fn recognised(summary: &RecogniseSummary, terminal: &Terminal) {
         percent(summary.matching_rate),
         summary.fitting_threshold_m * 1000.0
     ));
+}
+
+/// What a survey in which nothing was recognised gets instead of a count.
+pub fn nothing_recognised(summary: &RecogniseSummary) -> String {
+    format!(
+        "no block of the catalogue was recognised in {} points, so no count is stated and nothing is planned; check catalogue, size and unit (`tsumu blocks fit`), or say --bare-ground to plan on what was surveyed",
+        summary.points
+    )
 }
 
 /// The figures of a plan.
@@ -89,6 +97,23 @@ pub fn against_earlier(plan: &scene::Plan, previous: &scene::Plan, terminal: &Te
         all - kept,
         plan.placements.len() - kept
     ));
+}
+
+/// What happened between the last two epochs.
+pub fn compared(found: &Compared, terminal: &Terminal) {
+    terminal.say(found.headline());
+    if let Some(settled_m) = found.last().common_settlement_m() {
+        terminal.say(format!(
+            "against the ground all blocks together went {settled_m:+.3} m up: see registration.json"
+        ));
+    }
+    if let Some(built) = &found.as_built {
+        terminal.say(format!(
+            "works: {} new blocks, {:.1} m³ of concrete: see as_built.csv",
+            built.built(),
+            built.concrete_m3
+        ));
+    }
 }
 
 /// The scores as a table.

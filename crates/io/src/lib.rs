@@ -4,6 +4,7 @@
 //! the line or record in every error, and repair nothing. Writers use a temporary name until the file is whole.
 
 pub mod alignment_file;
+pub mod as_built_csv;
 pub mod atomic;
 pub mod block_points_csv;
 pub mod blocks_csv;

@@ -38,6 +38,26 @@ pub enum PipelineError {
         /// The site's CRS.
         crs: String,
     },
+    /// A survey in which no block of the catalogue can be told.
+    #[error("no block can be judged in this survey, not even `{block}`: {why}")]
+    CannotBeJudged {
+        /// A block of the catalogue.
+        block: String,
+        /// What stands in the way.
+        why: String,
+    },
+    /// A design of which a part lies where nobody surveyed, far off.
+    #[error(
+        "the design reaches {beyond_m:.0} m {axis} beyond the survey, which is {surveyed_m:.0} m long; is a corner misplaced? Crop the design to what was surveyed"
+    )]
+    DesignFar {
+        /// How far beyond.
+        beyond_m: f64,
+        /// Which way.
+        axis: &'static str,
+        /// Largest side of the survey.
+        surveyed_m: f64,
+    },
     /// Segmentation failed.
     #[error(transparent)]
     Segment(#[from] segment::SegmentError),

@@ -8,11 +8,12 @@ mod recogniser;
 pub mod survey;
 
 pub use error::PipelineError;
+pub use pose::PileVerdict;
 pub use recogniser::{Recogniser, Recognition};
 
-use geom::{Observer, SeedTree};
+use geom::{Observer, SeedTree, Vec3};
 use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty};
-use pose::PoseConfig;
+use pose::{PoseConfig, StatedPlane};
 use scene::{Catalog, DesignSurface, Ground, PlacedBlock, Plan, Recognised, Scene, Survey};
 use segment::{BackgroundConfig, SegmentConfig};
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,20 @@ pub struct Config {
     pub bed: GroundConfig,
     /// Settings of planning.
     pub plan: PlanConfig,
+}
+
+impl Config {
+    /// With the bed that the site states, where the settings of the pose stage state none.
+    pub fn with_ground(mut self, ground: Option<&Ground>) -> Self {
+        let (normal, point) = match ground {
+            Some(Ground::Level { z_m }) => (Vec3::Z, Vec3::Z * *z_m),
+            Some(Ground::Plane { point, normal }) => (*normal, *point),
+            Some(Ground::Grid { .. }) | None => return self,
+        };
+        let plane = StatedPlane { normal: normal.to_array(), offset_m: normal.dot(point) };
+        self.pose.bed.get_or_insert(plane);
+        self
+    }
 }
 
 /// What the works are planned on.
@@ -97,6 +112,17 @@ pub fn surfaces(works: &Works, scene: &Scene, plan: &Plan) -> (Surfaces, Vec<pla
     let surfaces = plan::surfaces(&input);
     let sections = plan::cross_sections(&input, &surfaces);
     (surfaces, sections)
+}
+
+/// Places that a plan leaves below the design, and why.
+pub fn unfilled(
+    works: &Works,
+    scene: &Scene,
+    plan: &Plan,
+    surfaces: &Surfaces,
+    config: &Config,
+) -> Result<Vec<plan::Unfilled>, PipelineError> {
+    Ok(plan::unfilled(&input(works, scene), &config.plan, surfaces, plan)?)
 }
 
 /// How far each survey point lies below the design, metres.

@@ -31,6 +31,8 @@ pub struct Recognition {
     pub segmentation: Segmentation,
     /// Blocks, accepted and not judged.
     pub blocks: Vec<Recognised>,
+    /// What is said of the survey as a whole.
+    pub pile: pose::PileVerdict,
 }
 
 impl Recogniser<'_> {
@@ -53,11 +55,18 @@ impl Recogniser<'_> {
         segments: Segmentation,
     ) -> Result<Recognition, PipelineError> {
         let foreground = self.foreground(survey, &Silent);
-        let (part, seed) = (&foreground.survey, self.seed.child("pose", 0));
-        let mut blocks =
-            pose::recognise(part, &segments, self.catalog, &self.config.pose, seed, self.observer)?;
+        let config = &self.config.pose;
+        let found = pose::recognise_pile(
+            &foreground.survey,
+            &segments,
+            self.catalog,
+            config,
+            self.observer,
+        )?;
+        let mut blocks: Vec<Recognised> = found.blocks.into_iter().map(|b| b.0).collect();
         blocks.iter_mut().for_each(|b| foreground.whole_points(&mut b.points));
-        Ok(Recognition { segmentation: foreground.whole_segmentation(segments), blocks })
+        let segmentation = foreground.whole_segmentation(segments);
+        Ok(Recognition { segmentation, blocks, pile: found.pile })
     }
 
     /// The first room alone: which point belongs to which block.
@@ -71,6 +80,7 @@ impl Recogniser<'_> {
         survey: &'s Survey,
     ) -> Result<(Foreground<'s>, Segmentation), PipelineError> {
         survey::check_scale(survey, self.catalog)?;
+        survey::check_facts(survey, self.catalog, self.observer)?;
         let foreground = self.foreground(survey, self.observer);
         let (cloud, seed) = (&foreground.survey.cloud, self.seed.child("segment", 0));
         let segments = segment::segment(

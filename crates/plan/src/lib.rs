@@ -30,6 +30,7 @@ mod summary;
 mod surfaces;
 mod trial;
 mod uncertainty;
+mod unfilled;
 mod volumes;
 pub mod windows;
 
@@ -51,6 +52,7 @@ pub use surfaces::{
 pub use uncertainty::{
     Percentiles, PlanVariant, ThresholdRange, Uncertainty, UncertaintyConfig, uncertainty,
 };
+pub use unfilled::{Unfilled, UnfilledReason, unfilled};
 pub use volumes::{OfVolume, plans_over_volumes};
 
 use geom::{Event, Observer, SeedTree};

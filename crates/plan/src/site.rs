@@ -1,5 +1,6 @@
 //! What planning starts from: input checked, lengths resolved, blocks prepared for physics.
 
+use crate::uncertainty::MOST_SEEDS;
 use crate::{
     PlanConfig, PlanError, Policy, Settings,
     crane::Reach,
@@ -133,6 +134,14 @@ pub fn check_extent(
     catalog: &Catalog,
     config: &PlanConfig,
 ) -> Result<(), PlanError> {
+    let seeds = config.uncertainty.seeds;
+    if seeds > MOST_SEEDS {
+        return Err(PlanError::TooMuch {
+            key: "uncertainty.seeds",
+            value: seeds,
+            most: MOST_SEEDS,
+        });
+    }
     let asked = |name: &str| config.block.as_ref().is_none_or(|block| block == name);
     for (_, model) in catalog.iter().filter(|(_, m)| asked(&m.name)) {
         let settings = config.resolve(model, catalog.d_max_m())?;

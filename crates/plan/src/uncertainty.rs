@@ -21,6 +21,9 @@ pub struct UncertaintyConfig {
     pub handbook_porosity: f32,
 }
 
+/// Plans that a range can be taken from; its percentiles no longer move after some hundred.
+pub const MOST_SEEDS: u32 = 1_000;
+
 impl Default for UncertaintyConfig {
     fn default() -> Self {
         Self {
@@ -97,6 +100,13 @@ pub fn uncertainty(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Uncertainty, PlanError> {
+    if study.seeds > MOST_SEEDS {
+        return Err(PlanError::TooMuch {
+            key: "uncertainty.seeds",
+            value: study.seeds,
+            most: MOST_SEEDS,
+        });
+    }
     if study.seeds == 0 {
         return Err(PlanError::BadSetting {
             key: "uncertainty.seeds",

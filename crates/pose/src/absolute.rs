@@ -10,6 +10,7 @@ use crate::shell::Near;
 use crate::sight::Seen;
 use crate::template::Template;
 use geom::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// The numbers of one block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -184,7 +185,7 @@ fn scale(
 }
 
 /// The size that fits the blocks of a survey best.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CommonSize {
     /// Over the catalogue's.
     pub factor: f32,
@@ -192,6 +193,16 @@ pub struct CommonSize {
     pub factor_sd: f32,
     /// Blocks that say so.
     pub blocks: usize,
+}
+
+/// A block tells its size when that is held to this standard deviation: of a cube seen from one side it is not at all.
+const HELD_SCALE_SD: f32 = 0.03;
+
+impl Absolute {
+    /// The logarithm of the size, where the block tells it; else 0.
+    pub fn held_scale(&self) -> f32 {
+        if self.scale_sd < HELD_SCALE_SD { self.scale } else { 0.0 }
+    }
 }
 
 /// Fewest blocks that a common size is believed of.
@@ -203,6 +214,7 @@ const LEAST_SCALE_SD: f32 = 0.003;
 pub fn common_size(blocks: &[Absolute]) -> Option<CommonSize> {
     let of: Vec<(f32, f32)> = blocks
         .iter()
+        .filter(|b| b.scale_sd < HELD_SCALE_SD)
         .map(|b| (b.scale, 1.0 / (b.scale_sd * b.scale_sd + 1e-4)))
         .filter(|b| b.0.is_finite() && b.1.is_finite())
         .collect();

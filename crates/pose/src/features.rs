@@ -143,7 +143,7 @@ impl<'a> Context<'a> {
             bias: absolute.bias,
             covered: absolute.covered,
             hollow: absolute.hollow,
-            scale: absolute.scale.abs(),
+            scale: absolute.held_scale().abs(),
             around: self.shells.explained_around(
                 self.measured,
                 block.at.centre,

@@ -20,7 +20,7 @@ use crate::verdict::{PileVerdict, is_wrong};
 use crate::{
     EvidenceConfig, Method, Places, PoseConfig, PoseError, finish, ground, leftovers, thesis,
 };
-use geom::{Event, Observer, SeedTree, Vec3};
+use geom::{Event, Observer, SeedTree, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{Catalog, Fit, Guess, InstanceId, Recognised, Segmentation, Survey, Verdict};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -119,7 +119,10 @@ pub fn recognise_pile(
         stage.state(survey, chosen, &tasks, &candidates, None)
     };
     found.blocks.iter_mut().for_each(|(block, _)| canonical.given(&mut block.points));
-    for message in found.pile.sentences() {
+    for message in found.pile.warnings() {
+        observer.event(Event::Warned(Warning { stage: STAGE, message }));
+    }
+    for message in found.pile.notes() {
         observer.event(Event::Noted { stage: STAGE, message });
     }
     Ok(found)

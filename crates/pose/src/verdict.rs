@@ -2,9 +2,10 @@
 
 use crate::absolute::CommonSize;
 use crate::viewpoint::Viewpoint;
+use serde::{Deserialize, Serialize};
 
 /// Facts of the whole survey that a reader of the blocks should know.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PileVerdict {
     /// Share of what stands above the bed that the stated blocks explain, in [0, 1].
     pub explained: f32,
@@ -36,8 +37,8 @@ impl PileVerdict {
         self.explained < UNLIKE
     }
 
-    /// What a person should be told, a sentence each; nothing when all is as it should be.
-    pub fn sentences(&self) -> Vec<String> {
+    /// What a person must be told before believing a block, a sentence each; nothing when all is as it should be.
+    pub fn warnings(&self) -> Vec<String> {
         let mut told = Vec::new();
         if let Some(size) = self.size.filter(is_wrong) {
             told.push(format!(
@@ -52,6 +53,12 @@ impl PileVerdict {
                 100.0 * self.explained
             ));
         }
+        told
+    }
+
+    /// What a person may like to know.
+    pub fn notes(&self) -> Vec<String> {
+        let mut told = Vec::new();
         if self.not_a_block > 0 {
             told.push(format!(
                 "{} places are bed, wall or stone and not a block",
@@ -79,12 +86,12 @@ mod tests {
     fn what_is_wrong_is_said_with_its_number() {
         let size = |factor, factor_sd| Some(CommonSize { factor, factor_sd, blocks: 9 });
         let right = PileVerdict { explained: 0.9, size: size(1.01, 0.003), ..Default::default() };
-        assert_eq!(right.sentences(), Vec::<String>::new());
+        assert_eq!(right.warnings(), Vec::<String>::new());
         let large = PileVerdict { size: size(1.06, 0.004), ..right.clone() };
-        assert!(large.wrong_size() && large.sentences()[0].contains("106.0 ± 0.4 %"));
+        assert!(large.wrong_size() && large.warnings()[0].contains("106.0 ± 0.4 %"));
         let unsure = PileVerdict { size: size(1.06, 0.03), ..right.clone() };
         assert!(!unsure.wrong_size());
         let trees = PileVerdict { explained: 0.04, not_a_block: 7, ..right };
-        assert_eq!(trees.sentences().len(), 2);
+        assert_eq!((trees.warnings().len(), trees.notes().len()), (1, 1));
     }
 }

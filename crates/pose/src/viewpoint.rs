@@ -5,9 +5,10 @@
 //! is left only for a side that is clearly better.
 
 use geom::{Bounds, Mat3, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// A direction from which a survey may have been measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Viewpoint {
     /// Unit vector to the far sensor.
     pub toward: Vec3,

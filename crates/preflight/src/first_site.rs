@@ -97,6 +97,8 @@ fn site_text(
         }
     }
     writeln!(out, "vertical_datum = \"\"  # in words, e.g. \"T.P.\"").expect(fine);
+    writeln!(out, "# survey_date = \"2026-11-30\"  # day of the survey, for report and drawings")
+        .expect(fine);
     writeln!(
         out,
         "axis_order = \"east-north\"  # \"north-east\" when the first column is X = north"

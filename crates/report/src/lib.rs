@@ -3,6 +3,7 @@
 //! In: [`ReportInput`], plain values that other crates computed. Out: a page that needs no network, no server
 //! and no other file. Nothing here computes a figure; what is drawn is scaled and coloured, never judged.
 
+pub mod changes_page;
 pub mod colour;
 pub mod input;
 pub mod lights;

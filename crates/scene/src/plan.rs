@@ -5,7 +5,7 @@ use geom::Pose;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// What became of a planned block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum PlacementState {
     /// Stays in the plan.
     Kept,

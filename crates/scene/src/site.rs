@@ -20,6 +20,9 @@ pub struct SiteSpec {
     /// Vertical datum in words.
     #[serde(default)]
     pub vertical_datum: String,
+    /// Day of the survey, `YYYY-MM-DD`, for drawings; empty when not stated.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub survey_date: String,
     /// Which way the axes of the surveys' files run.
     #[serde(default)]
     pub axis_order: AxisOrder,
@@ -213,6 +216,12 @@ pub enum SiteError {
         /// The survey's file.
         file: String,
     },
+    /// A day that is none.
+    #[error("`survey_date` = \"{date}\" is not a day: write e.g. \"2026-11-30\"")]
+    BadDate {
+        /// As written.
+        date: String,
+    },
     /// A number that is not one, or out of range.
     #[error("`{key}` = {value} is not allowed: {why}")]
     BadValue {
@@ -288,6 +297,9 @@ impl SiteSpec {
                 }
             }
         }
+        if !self.survey_date.is_empty() && !is_day(&self.survey_date) {
+            out.push(SiteError::BadDate { date: self.survey_date.clone() });
+        }
         if self.survey.is_empty() {
             out.push(SiteError::NoSurvey);
         }
@@ -347,6 +359,28 @@ impl SurveySpec {
     }
 }
 
+/// Whether the text is a day of the calendar as `YYYY-MM-DD`.
+fn is_day(text: &str) -> bool {
+    let number = |part: &str, long: usize| {
+        let digits = part.len() == long && part.bytes().all(|b| b.is_ascii_digit());
+        digits.then(|| part.parse::<u32>().ok()).flatten()
+    };
+    let parts: Vec<&str> = text.split('-').collect();
+    let [year, month, day] = parts[..] else { return false };
+    let (Some(year), Some(month), Some(day)) = (number(year, 4), number(month, 2), number(day, 2))
+    else {
+        return false;
+    };
+    let leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let days = match month {
+        2 => 28 + u32::from(leap),
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => 0,
+    };
+    (1..=days).contains(&day)
+}
+
 fn finite(key: &str, value: f64) -> Result<(), SiteError> {
     let why = "it must be a finite number";
     if value.is_finite() {
@@ -362,5 +396,26 @@ fn positive(key: &str, value: f64) -> Result<(), SiteError> {
         Ok(())
     } else {
         Err(SiteError::BadValue { key: key.into(), value, why })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_day_is_of_the_calendar() {
+        for day in ["2026-11-30", "2024-02-29", "2000-02-29", "2026-12-31"] {
+            assert!(is_day(day), "{day}");
+        }
+        for other in
+            ["2026-11-31", "2023-02-29", "1900-02-29", "2026-13-01", "2026-1-3", "30.11.2026"]
+        {
+            assert!(!is_day(other), "{other}");
+        }
+        let text =
+            "name = \"s\"\ncrs = \"none\"\nsurvey_date = \"soon\"\n[[survey]]\nfile = \"a.laz\"\n";
+        let spec: SiteSpec = toml::from_str(text).unwrap();
+        assert!(matches!(&spec.problems()[..], [SiteError::BadDate { date }] if date == "soon"));
     }
 }

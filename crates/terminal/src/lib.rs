@@ -1,5 +1,6 @@
 //! What the programs share at a terminal: flags for output, progress for people and for machines, how a command ends.
 
+mod fault;
 mod flags;
 mod terminal;
 
@@ -11,7 +12,7 @@ use tsumu::{Error, Kind, Result};
 
 /// Runs a command and ends as it does: 0 done, 1 failed or stopped, 2 what the user gave is wrong.
 pub fn end(terminal: &Terminal, command: impl FnOnce() -> Result<()>) -> ExitCode {
-    match command() {
+    match fault::caught(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let code = code(&error);

@@ -3,12 +3,14 @@
 use crate::planning::Planned;
 use crate::recognition::Recognition;
 use crate::{Result, Site};
-use geom::{HeightMap, Vec2};
+use geom::{HeightMap, Vec2, Vec3};
+use io::details::{self, Details};
 use io::drawing::{Drawing, SectionLine};
 use io::export_set::{self, ExportSet};
 use io::raster::Raster;
-use plan::{CrossSection, Surfaces};
-use scene::SiteFrame;
+use plan::{CrossSection, Surfaces, Unfilled, UnfilledReason};
+use report::Text;
+use scene::{PlacementState, SiteFrame};
 use std::path::Path;
 
 /// Rasters of one grid and cuts through them, local frame.
@@ -21,6 +23,14 @@ pub struct Drawings {
     pub deficit_after: HeightMap,
     /// Cuts across the works.
     pub sections: Vec<CrossSection>,
+    /// The line chainages run along: east, north in site coordinates.
+    pub line: Vec<[f64; 2]>,
+    /// How far the works reach left and right of it, metres.
+    pub reach_m: [f64; 2],
+    /// Lines of the design, each with whether it closes.
+    pub design_lines: Vec<(bool, Vec<Vec3>)>,
+    /// Places that stay below the design.
+    pub unfilled: Vec<Unfilled>,
 }
 
 impl Drawings {
@@ -29,7 +39,45 @@ impl Drawings {
         let works = site.works(&recognition.blocks, site.needed_design()?);
         let (surfaces, sections) = pipeline::surfaces(&works, &planned.pile, &planned.plan);
         let (deficit_before, deficit_after) = (surfaces.deficit_before(), surfaces.deficit_after());
-        Ok(Self { surfaces, deficit_before, deficit_after, sections })
+        let (line, reach_m) = plan::works_line(works.design);
+        let design_lines = pipeline::design_lines(&works);
+        let unfilled =
+            pipeline::unfilled(&works, &planned.pile, &planned.plan, &surfaces, &site.config)?;
+        Ok(Self {
+            surfaces,
+            deficit_before,
+            deficit_after,
+            sections,
+            line,
+            reach_m,
+            design_lines,
+            unfilled,
+        })
+    }
+
+    /// What drawings show beside the blocks.
+    fn details(&self, site: &Site) -> Details {
+        let frame = &site.survey.frame;
+        let place = |p: Vec3| frame.site_from_local(p).to_array();
+        let line = |(closed, points): &(bool, Vec<Vec3>)| {
+            (*closed, points.iter().map(|&p| place(p)).collect())
+        };
+        let window = |w: &Unfilled| {
+            let [east, north, _] = place(w.centre.extend(0.0));
+            details::Unfilled {
+                centre: [east, north],
+                half_m: f64::from(w.half_m),
+                void_m3: f64::from(w.void_m3),
+                reason: why(w.reason).en,
+            }
+        };
+        Details {
+            survey_date: site.survey_date.clone(),
+            alignment: self.line.clone(),
+            design_lines: self.design_lines.iter().map(line).collect(),
+            unfilled: self.unfilled.iter().map(window).collect(),
+            quantities: plan::section_quantities(&self.sections),
+        }
     }
 
     /// Maps by the names that their files have.
@@ -69,7 +117,32 @@ impl Drawings {
     }
 }
 
-/// Writes every export of a run into `folder`: its blocks, and with a plan its surfaces, sections and new blocks.
+/// Why a place got no block, in words.
+pub(crate) fn why(reason: UnfilledReason) -> Text {
+    use PlacementState::{Kept, Outside, Overflow, Unsettled, Unstable};
+    match reason {
+        UnfilledReason::Small => {
+            Text::new("less than the minimum volume is missing", "不足量が最小体積未満")
+        }
+        UnfilledReason::Tried(Overflow) => {
+            Text::new("blocks tried here stood above the design", "試行したブロックが計画面を超過")
+        }
+        UnfilledReason::Tried(Unsettled) => {
+            Text::new("blocks tried here did not come to rest", "試行したブロックが静止しない")
+        }
+        UnfilledReason::Tried(Outside) => {
+            Text::new("blocks tried here left the works", "試行したブロックが施工範囲外へ移動")
+        }
+        UnfilledReason::Tried(Unstable) => {
+            Text::new("blocks tried here were not stable", "試行したブロックが不安定")
+        }
+        UnfilledReason::Tried(Kept) | UnfilledReason::NoTrial => {
+            Text::new("no pose fits, covered, or out of reach", "姿勢なし・覆われている・届かない")
+        }
+    }
+}
+
+/// Writes every export of a run but its sheets into `folder`: its blocks, and with a plan its surfaces, sections and new blocks.
 pub fn export(
     folder: &Path,
     site: &Site,
@@ -91,5 +164,9 @@ pub fn export(
     };
     let surfaces = &["design", "as-surveyed", "planned"];
     let set = ExportSet { drawing, seed: site.seed, maps: &maps, surfaces };
-    Ok(export_set::write(folder, &set)?)
+    let details = match planned {
+        Some((_, drawings)) => drawings.details(site),
+        None => Details { survey_date: site.survey_date.clone(), ..Details::default() },
+    };
+    Ok(export_set::write_with(folder, &set, &details)?)
 }

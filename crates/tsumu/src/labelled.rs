@@ -28,6 +28,9 @@ impl Site {
         weights: &WeightsOrigin,
     ) -> Result<()> {
         check_labelled(file)?;
+        for out in [file, &beside(file, ".config.toml"), &beside(file, ".manifest.json")] {
+            self.refuse_input(out)?;
+        }
         outputs::write_labelled(file, &self.survey, segments)?;
         let config = beside(file, ".config.toml");
         io::atomic::write_bytes(&config, toml::to_string(&self.config)?.as_bytes())?;

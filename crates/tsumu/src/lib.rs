@@ -12,6 +12,7 @@
 //! ```
 
 mod catalogue;
+mod comparison;
 mod dataset;
 mod drawings;
 mod error;
@@ -19,6 +20,7 @@ mod evaluate;
 mod job;
 mod labelled;
 mod local_survey;
+mod lock;
 mod outputs;
 mod page;
 mod planning;
@@ -29,6 +31,7 @@ mod review_matching;
 mod run;
 mod run_folder;
 mod settings;
+mod sheet_font;
 mod site;
 mod stored;
 mod summary;
@@ -39,6 +42,10 @@ mod weights;
 mod whole_run;
 
 pub use catalogue::{RecipeInputs, read_recipe};
+pub use comparison::{
+    CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
+    compare_with_plan, read_stable_ground,
+};
 pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
 pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
@@ -55,6 +62,6 @@ pub use settings::Settings;
 pub use site::Site;
 pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary};
 pub use surveys::Clouds;
-pub use synthetic_site::{Georeference, SyntheticSite, make_site};
+pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
 pub use weights::{WeightsOrigin, load as load_weights};
 pub use whole_run::{RunOptions, WholeRun, run};

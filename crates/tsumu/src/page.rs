@@ -1,18 +1,18 @@
 //! Puts a run's values into the report. Labels are in both languages of the page.
 
-use crate::drawings::Drawings;
+use crate::drawings::{Drawings, why};
 use crate::planning::Planned;
 use crate::recognition::Recognition;
 use crate::review::ReviewRecord;
 use crate::summary::{CountRange, PlannedSummary, RecogniseSummary};
-use crate::{Result, Site};
-use geom::Warning;
+use crate::{Result, Site, sheet_font};
+use geom::{DVec3, Vec2, Warning};
 use io::manifest::Manifest;
 use report::{
-    Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
-    SectionLineKind, Text,
+    Alignment, Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
+    SectionLineKind, SheetSet, Surfaces, Text, UnfilledWindow,
 };
-use scene::{Catalog, Recognised, Review, Survey};
+use scene::{Catalog, Recognised, Review, SiteFrame, Survey};
 use std::path::Path;
 
 /// Everything a report is made of.
@@ -37,6 +37,8 @@ pub struct Page {
     pub html: String,
     /// PNG of the site with its recognised and planned blocks.
     pub png: Vec<u8>,
+    /// The drawings on paper, PDF.
+    pub sheets: Vec<u8>,
 }
 
 impl Page {
@@ -64,11 +66,15 @@ fn cover(page: &ReportInput) -> Result<Vec<u8>> {
     Ok(report::site_picture(page, PICTURE.0, PICTURE.1).on([246, 248, 250]).png()?)
 }
 
-/// The page and its picture.
+/// The page, its picture and its sheets.
 pub(crate) fn page(input: &PageInput) -> Result<Page> {
     let PageInput { site, recognition, .. } = *input;
     let recognised = RecogniseSummary::of(&site.survey, recognition, &site.catalog);
+    let fit =
+        metrics::point_fit_m(&site.survey.cloud.position_m, &recognition.blocks, &site.catalog);
     let mut page = ReportInput::new(&site.name, &site.survey, &site.catalog);
+    page.survey_date = site.survey_date.clone();
+    page.point_fit_m = &fit;
     page.program = format!("tsumu {}", crate::version::STAMP);
     page.recognised = &recognition.blocks;
     page.review = input.review;
@@ -79,7 +85,7 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
     page.provenance = input.manifest.map(provenance).unwrap_or_default();
     let Some((planned, drawings)) = input.planned else {
         page.figures = [found_figures(&recognised), survey_figures(&recognised)].concat();
-        return Ok(Page { html: report::html(&page)?, png: cover(&page)? });
+        return shown(&page);
     };
     let works = site.works(&recognition.blocks, site.needed_design()?);
     let distance = pipeline::point_deficits_m(&works, &planned.pile, &planned.plan);
@@ -90,33 +96,65 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
     page.figures =
         [found_figures(&recognised), plan_figures(&summary), survey_figures(&recognised)].concat();
     page.assumptions.extend(plan_assumptions(site));
-    page.outlines = pipeline::design_lines(&works)
-        .into_iter()
-        .map(|(closed, points)| Outline { label: Text::new("Design", "計画線"), points, closed })
-        .collect();
+    page.outlines = drawings.design_lines.iter().map(outline).collect();
+    page.alignment = alignment(drawings, &site.survey.frame);
+    page.surfaces = Some(Surfaces {
+        design: Some(&drawings.surfaces.design),
+        surveyed: Some(&drawings.surfaces.as_surveyed),
+        planned: Some(&drawings.surfaces.planned),
+        ground: None,
+    });
+    page.unfilled = drawings.unfilled.iter().map(unfilled).collect();
     page.maps = maps(drawings);
     page.sections = sections(drawings);
     page.histograms.push(Histogram {
         label: Text::new(
-            "Distance of the planned surface below the design",
-            "計画後の面と計画面との差",
+            "Missing to the design after the plan (above is negative)",
+            "計画後の計画面までの不足（負は計画面より上）",
         ),
         unit: "m".into(),
         values: drawings.deficit_after.z_m.clone(),
     });
-    Ok(Page { html: report::html(&page)?, png: cover(&page)? })
+    shown(&page)
+}
+
+fn shown(page: &ReportInput) -> Result<Page> {
+    let set = SheetSet { font: sheet_font::japanese(), ..SheetSet::default() };
+    let sheets = report::sheets(page, &set)?;
+    Ok(Page { html: report::html(page)?, png: cover(page)?, sheets })
+}
+
+fn outline((closed, points): &(bool, Vec<geom::Vec3>)) -> Outline {
+    Outline { label: Text::new("Design", "計画線"), points: points.clone(), closed: *closed }
+}
+
+/// The line sections stand on; `None` where the works have none.
+fn alignment(drawings: &Drawings, frame: &SiteFrame) -> Option<Alignment> {
+    let local = |p: &[f64; 2]| frame.local_from_site(DVec3::new(p[0], p[1], 0.0)).truncate();
+    let line: Vec<Vec2> = drawings.line.iter().map(local).collect();
+    let reach_m = drawings.reach_m.map(|reach| reach as f32);
+    (line.len() > 1).then_some(Alignment { line, reach_m, spacing_m: None })
+}
+
+fn unfilled(window: &plan::Unfilled) -> UnfilledWindow {
+    UnfilledWindow {
+        centre: window.centre,
+        half_m: window.half_m,
+        void_m3: window.void_m3,
+        reason: why(window.reason),
+    }
 }
 
 fn block_histograms(blocks: &[Recognised]) -> Vec<Histogram> {
     let fits = || scene::stated(blocks).map(|(_, fit)| fit);
     vec![
         Histogram {
-            label: Text::new("Fit error of each block", "各ブロックの当てはめ誤差"),
+            label: Text::new("Fitting error of each block", "各ブロックの当てはめ誤差"),
             unit: "mm".into(),
             values: fits().filter_map(|fit| Some(fit.fitness_m? * 1000.0)).collect(),
         },
         Histogram {
-            label: Text::new("Confidence of each block", "各ブロックの確信度"),
+            label: Text::new("Confidence of each block", "各ブロックの信頼度"),
             unit: "%".into(),
             values: fits().filter_map(|fit| Some(fit.confidence? * 100.0)).collect(),
         },
@@ -126,12 +164,12 @@ fn block_histograms(blocks: &[Recognised]) -> Vec<Histogram> {
 fn maps(drawings: &Drawings) -> Vec<MapLayer<'_>> {
     vec![
         MapLayer {
-            label: Text::new("Deficit before", "不足高さ(現況)"),
+            label: Text::new("Missing before", "不足高さ（現況）"),
             unit: "m".into(),
             values: &drawings.deficit_before,
         },
         MapLayer {
-            label: Text::new("Deficit after", "不足高さ(計画後)"),
+            label: Text::new("Missing after", "不足高さ（計画後）"),
             unit: "m".into(),
             values: &drawings.deficit_after,
         },
@@ -158,7 +196,8 @@ fn provenance(manifest: &Manifest) -> Vec<(Text, String)> {
 /// The count with the range that other seeds give, when it was computed.
 fn count(planned: &Planned) -> Count {
     let bound = |v: f32| f64::from(v).round() as u32;
-    let range = planned.range.as_ref();
+    // One plan is no range.
+    let range = planned.range.as_ref().filter(|r| r.plans > 1);
     let basis = match range {
         Some(CountRange { plans, .. }) if range.is_some_and(CountRange::varied) => Text::new(
             format!(
@@ -212,20 +251,18 @@ fn survey_figures(r: &RecogniseSummary) -> Vec<Figure> {
 }
 
 fn plan_figures(summary: &PlannedSummary) -> Vec<Figure> {
-    let (p, range) = (&summary.plan, summary.count_range.as_ref());
+    let p = &summary.plan;
     let metres = |v: f32, digits| fixed(Some(short(v)), digits, 1.0);
-    let by = |of: fn(&CountRange) -> f32| fixed(range.map(|r| short(of(r))), 0, 1.0);
     vec![
-        Figure::new(Text::new("Blocks to add", "追加するブロック"), p.blocks.to_string(), ""),
         Figure::new(Text::new("Concrete to add", "追加コンクリート"), metres(p.concrete_m3, 1), "m³"),
         Figure::new(Text::new("Mass to add", "追加質量"), fixed(Some(p.mass_kg), 1, 1e-3), "t"),
         Figure::new(
-            Text::new("Void below the design, before", "不足量(現況)"),
+            Text::new("Void below the design, before", "不足量（現況）"),
             metres(p.void_before_m3, 1),
             "m³",
         ),
         Figure::new(
-            Text::new("Void below the design, after", "不足量(計画後)"),
+            Text::new("Void below the design, after", "不足量（計画後）"),
             metres(p.void_after_m3, 1),
             "m³",
         ),
@@ -247,16 +284,6 @@ fn plan_figures(summary: &PlannedSummary) -> Vec<Figure> {
             Text::new("Porosity of the new layer", "新しい層の空隙率"),
             fixed(Some(short(p.porosity)), 1, 100.0),
             "%",
-        ),
-        Figure::new(
-            Text::new("Blocks by N = φ·A·V^(−2/3)", "N = φ·A·V^(−2/3) による個数"),
-            by(|r| r.by_layers),
-            "",
-        ),
-        Figure::new(
-            Text::new("Blocks by void · (1 − porosity) / V", "不足量・(1−空隙率)/V による個数"),
-            by(|r| r.by_volume),
-            "",
         ),
     ]
 }

@@ -11,7 +11,9 @@ use io::manifest::Entry;
 use pipeline::Works;
 use placement::PlacementModel;
 use plan::Proposer;
-use scene::{DesignSurface, Placement, PlacementState, Plan, Recognised, Scene};
+use scene::{
+    Catalog, DesignSurface, Placement, PlacementState, Plan, Recognised, Scene, SiteFrame,
+};
 use std::path::{Path, PathBuf};
 
 /// What planning may be told beside the site's settings.
@@ -68,8 +70,11 @@ impl Site {
         parts: &Parts,
     ) -> Result<Planned> {
         let (seed, job) = (SeedTree::new(self.seed), parts.job());
+        // What the reviewer struck out of the earlier plan is planned anew; what was locked stays.
+        let reviewed = self.review.as_ref().zip(previous);
+        let reviewed = reviewed.map(|(r, earlier)| r.reviewed_plan(earlier, &self.survey.frame));
         let works = Works {
-            previous,
+            previous: reviewed.as_ref().or(previous),
             proposer: proposer.map(|p| &p.model as &dyn Proposer),
             ..self.works(&recognition.blocks, self.needed_design()?)
         };
@@ -114,32 +119,36 @@ impl Site {
 
     /// Reads `placements.csv` (or the folder of a plan) as a plan of this site; its figures are not in the file.
     pub fn read_plan(&self, from: &Path) -> Result<Plan> {
-        let inside = from.join("plan/placements.csv");
-        let file = if inside.is_file() { inside.as_path() } else { from };
-        let mut plan = Plan::default();
-        for row in io::placements_csv::read(file).or_bad_input()? {
-            let model = self.catalog.find(&row.model).ok_or_else(|| {
-                let message =
-                    format!("{}: `{}` is not in the catalogue", file.display(), row.model);
-                Error::bad_input(anyhow!(message))
-            })?;
-            let placement = Placement {
-                order: row.order,
-                round: row.round,
-                model,
-                drop: row.drop.local(&self.survey.frame),
-                rest: row.rest.local(&self.survey.frame),
-                filled_m3: row.filled_m3 as f32,
-                contacts: row.contacts,
-                state: row.state,
-            };
-            match row.state {
-                PlacementState::Kept => plan.placements.push(placement),
-                _ => plan.removed.push(placement),
-            }
-        }
-        Ok(plan)
+        read_placements(from, &self.catalog, &self.survey.frame)
     }
+}
+
+/// The same for any frame.
+pub(crate) fn read_placements(from: &Path, catalog: &Catalog, frame: &SiteFrame) -> Result<Plan> {
+    let inside = from.join("plan/placements.csv");
+    let file = if inside.is_file() { inside.as_path() } else { from };
+    let mut plan = Plan::default();
+    for row in io::placements_csv::read(file).or_bad_input()? {
+        let model = catalog.find(&row.model).ok_or_else(|| {
+            let message = format!("{}: `{}` is not in the catalogue", file.display(), row.model);
+            Error::bad_input(anyhow!(message))
+        })?;
+        let placement = Placement {
+            order: row.order,
+            round: row.round,
+            model,
+            drop: row.drop.local(frame),
+            rest: row.rest.local(frame),
+            filled_m3: row.filled_m3 as f32,
+            contacts: row.contacts,
+            state: row.state,
+        };
+        match row.state {
+            PlacementState::Kept => plan.placements.push(placement),
+            _ => plan.removed.push(placement),
+        }
+    }
+    Ok(plan)
 }
 
 /// A placement network and its file.

@@ -5,7 +5,7 @@ use crate::review::{self, ReviewRecord};
 use crate::weights::{self, Chosen, WeightsOrigin};
 use crate::{Job, Result, Site};
 use geom::SeedTree;
-use pipeline::Recogniser;
+use pipeline::{PileVerdict, Recogniser};
 use scene::{Recognised, Segmentation};
 use std::path::PathBuf;
 
@@ -23,6 +23,8 @@ pub struct Recognition {
     pub segments: Segments,
     /// Blocks, stated and not judged.
     pub blocks: Vec<Recognised>,
+    /// What is said of the survey as a whole.
+    pub pile: PileVerdict,
     /// The weights it used.
     pub weights: WeightsOrigin,
     /// The review that the blocks follow, with what it changed.
@@ -94,6 +96,7 @@ impl Site {
         Ok(Recognition {
             segments: found.segmentation.into(),
             blocks: found.blocks,
+            pile: found.pile,
             weights: chosen.origin.clone(),
             review,
         })

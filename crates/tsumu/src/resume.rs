@@ -5,18 +5,17 @@
 //! at all, with its hash; what cannot be read, or belongs to another key, is made again. The folder is locked while
 //! it is written: two runs at once would mix their files.
 
+use crate::lock::FolderLock;
 use crate::{Error, Job, Result};
-use anyhow::anyhow;
 use geom::{Event, Observer, PartState};
 use io::IoError;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Both begin with the mark of work in hand: manifests pass over them.
+/// Begins with the mark of work in hand.
 const FOLDER: &str = ".tsumu-resume";
-const LOCK: &str = ".tsumu-lock";
 const HASH_BYTES: usize = 32;
 
 /// Parts of a job, kept in a folder or not.
@@ -27,10 +26,14 @@ pub(crate) struct Parts<'a> {
 
 /// Where the parts of a run are kept until it is whole.
 struct Kept {
-    root: PathBuf,
     folder: PathBuf,
     key: String,
-    _lock: File,
+    _lock: FolderLock,
+}
+
+/// Whether the run of a folder was begun and is not whole.
+pub(crate) fn is_unfinished(root: &Path) -> bool {
+    FolderLock::is_left(root) || root.join(FOLDER).symlink_metadata().is_ok()
 }
 
 #[derive(Serialize)]
@@ -55,19 +58,11 @@ impl<'a> Parts<'a> {
 
     /// Locks a run folder and clears what killed writes have left there. `key` stands for everything the parts follow from.
     pub fn kept(root: &Path, key: String, job: &'a Job<'a>) -> Result<Self> {
+        let lock = FolderLock::take(root)?;
         let folder = root.join(FOLDER);
         fs::create_dir_all(&folder).map_err(|source| os("write", &folder, source))?;
-        let path = root.join(LOCK);
-        let lock = File::create(&path).map_err(|source| os("write", &path, source))?;
-        // File systems without locks exist; they are not refused.
-        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
-            return Err(Error::bad_input(anyhow!(
-                "{}: another run is writing there; wait for it, or choose another folder with --out",
-                root.display()
-            )));
-        }
         io::atomic::clear_aside(root)?;
-        let kept = Kept { root: root.to_path_buf(), folder, key, _lock: lock };
+        let kept = Kept { folder, key, _lock: lock };
         Ok(Self { job, kept: Some(kept) })
     }
 
@@ -122,12 +117,10 @@ impl Kept {
     }
 }
 
-/// The lock goes with the run, and with a run that left nothing goes its folder. Failing to tidy is no failure.
+/// A folder of no parts goes, before the lock does. Failing to tidy is no failure.
 impl Drop for Kept {
     fn drop(&mut self) {
-        let _ = fs::remove_file(self.root.join(LOCK));
         let _ = fs::remove_dir(&self.folder);
-        let _ = fs::remove_dir(&self.root);
     }
 }
 
@@ -164,14 +157,5 @@ mod tests {
         assert_eq!(made(&open("two"), 0.4), (0.4, true));
         open("two").finish().unwrap();
         assert!(!run.exists(), "an empty run folder goes");
-    }
-
-    #[test]
-    fn two_runs_do_not_write_one_folder() {
-        let (folder, job) = (tempfile::tempdir().unwrap(), Job::silent());
-        let first = Parts::kept(folder.path(), "one".into(), &job).unwrap();
-        let message = Parts::kept(folder.path(), "one".into(), &job).err().unwrap().line();
-        assert!(message.contains("another run"), "{message}");
-        drop(first);
     }
 }

@@ -2,11 +2,12 @@
 
 use crate::drawings::{Drawings, export};
 use crate::error::OrBadInput;
+use crate::lock::FolderLock;
 use crate::page::{self, Page, PageInput};
 use crate::planning::Planned;
 use crate::recognition::Recognition;
-use crate::run_folder::RunFolder;
-use crate::{Error, Job, Result, Site, outputs, review, settings, stored, version};
+use crate::run_folder::{RunFolder, SHEETS};
+use crate::{Error, Job, Result, Site, outputs, resume, review, settings, stored, version};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
 use io::atomic::TEMPORARY;
@@ -46,6 +47,8 @@ pub struct NewRun<'a> {
     pub(crate) strangers: BTreeSet<PathBuf>,
     recognition: Option<&'a Recognition>,
     planned: Option<&'a Planned>,
+    /// Nobody else writes there; `None`: whoever began the run holds the lock.
+    _lock: Option<FolderLock>,
 }
 
 impl<'a> NewRun<'a> {
@@ -112,6 +115,7 @@ impl<'a> NewRun<'a> {
         })?;
         io::atomic::write_bytes(&self.folder.report(), page.html.as_bytes())?;
         io::atomic::write_bytes(&self.folder.picture(), &page.png)?;
+        io::atomic::write_bytes(&self.folder.sheets(), &page.sheets)?;
         job.done("report");
         Ok(self)
     }
@@ -165,20 +169,38 @@ pub struct Run {
 }
 
 impl Run {
-    /// Begins a run folder. Errors: the folder holds something else than an earlier run.
+    /// Begins a run folder and locks it. Errors: the folder holds something else than an earlier run, a link, or an input of the
+    /// site; somebody else is writing there.
     pub fn create<'a>(folder: &Path, site: &'a Site) -> Result<NewRun<'a>> {
+        let mut new = Self::prepare(folder, site)?;
+        new._lock = Some(FolderLock::take(folder)?);
+        Ok(new)
+    }
+
+    /// The same without a lock.
+    pub(crate) fn prepare<'a>(folder: &Path, site: &'a Site) -> Result<NewRun<'a>> {
         let config = serde_json::to_value(&site.config)?;
         let mut manifest = Manifest::new(version::STAMP, site.seed, config);
         manifest.inputs = site.inputs.clone();
+        manifest.notes.insert("processor".into(), json!(version::processor()));
+        site.refuse_inputs_below(folder)?;
         let folder = RunFolder::for_writing(folder)?;
         let strangers = strangers(folder.root())?;
-        Ok(NewRun { folder, site, manifest, strangers, recognition: None, planned: None })
+        Ok(NewRun {
+            folder,
+            site,
+            manifest,
+            strangers,
+            recognition: None,
+            planned: None,
+            _lock: None,
+        })
     }
 
     /// Reads a run of this site. Equal to what was kept, where nobody has changed its files.
     pub fn open(folder: &Path, site: &Site) -> Result<Self> {
         let folder = RunFolder::existing(folder);
-        let manifest = Manifest::load(folder.root()).ok();
+        let manifest = whole(folder.root())?;
         let recognition = stored::recognition(&folder, site, manifest.as_ref())?;
         let planned = stored::planned(&folder, site, &recognition, manifest.as_ref())?;
         Ok(Self { folder, manifest, recognition, planned })
@@ -187,7 +209,7 @@ impl Run {
     /// Reads the blocks of a run alone, as corrected by hand perhaps; warns of a review that came after it.
     pub fn open_recognition(folder: &Path, site: &Site, job: &Job) -> Result<Recognition> {
         let folder = RunFolder::existing(folder);
-        let manifest = Manifest::load(folder.root()).ok();
+        let manifest = whole(folder.root())?;
         if let Some(manifest) = &manifest {
             review::is_of_run(site.folder.as_deref(), manifest, job)?;
         }
@@ -253,13 +275,47 @@ impl Run {
     /// Writes the exports of its blocks and plan into a folder.
     pub fn export(&self, site: &Site, folder: &Path) -> Result<()> {
         let drawings = drawn(site, &self.recognition, self.planned.as_ref())?;
-        export(folder, site, &self.recognition, self.planned.as_ref().zip(drawings.as_ref()))
+        export(folder, site, &self.recognition, self.planned.as_ref().zip(drawings.as_ref()))?;
+        let page = self.report(site, &Job::silent())?;
+        Ok(io::atomic::write_bytes(&folder.join(SHEETS), &page.sheets)?)
+    }
+
+    /// Makes a pair of keys for [`sign`](Self::sign): the secret one at `file`; the place of the public one comes back.
+    pub fn new_keys(file: &Path) -> Result<PathBuf> {
+        io::signature::new_keys(file).or_bad_input()
+    }
+
+    /// Signs the manifest of a whole run with a secret key file.
+    pub fn sign(folder: &Path, key: &Path) -> Result<()> {
+        whole(folder)?;
+        io::signature::sign(folder, key).or_bad_input()
+    }
+
+    /// Checks the signature with a public key, or a file of one. Error: the run was changed after it was signed, or signed by
+    /// somebody else, or not at all.
+    pub fn check_signature(folder: &Path, key: &str) -> Result<()> {
+        Ok(io::signature::check(folder, key)?)
     }
 
     /// Files of a run folder, and its inputs when the site folder is given, that are not as they were; empty: all are.
     pub fn verify(folder: &Path, site: Option<&Path>) -> Result<Vec<Difference>> {
         verify(folder, site).or_bad_input()
     }
+}
+
+/// The manifest of a run; `None` for a folder that was put together by hand. Errors: the run is not whole, or its manifest is
+/// damaged: its files may be of two runs.
+fn whole(folder: &Path) -> Result<Option<Manifest>> {
+    if folder.join(io::manifest::FILE).symlink_metadata().is_ok() {
+        return Manifest::load(folder).map(Some).or_bad_input();
+    }
+    if resume::is_unfinished(folder) {
+        return Err(Error::bad_input(anyhow!(
+            "{}: the run in it is not finished, its files may be of two runs; give its command again, it goes on from there",
+            folder.display()
+        )));
+    }
+    Ok(None)
 }
 
 /// Files of a whole run's folder that its manifest does not name.

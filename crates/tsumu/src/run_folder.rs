@@ -1,8 +1,12 @@
 //! Where things lie in a run folder: one folder a stage, named by the stage's word.
 
+use crate::error::OrBadInput;
 use crate::{Error, Result, outputs};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
+
+/// The drawings on paper, among the exports.
+pub(crate) const SHEETS: &str = "sheets.pdf";
 
 /// A run folder. Nothing is made until something is written.
 #[derive(Clone, Debug)]
@@ -14,6 +18,7 @@ impl RunFolder {
     /// The folder for a new run. Refuses one that holds something else than an earlier run.
     pub fn for_writing(root: &Path) -> Result<Self> {
         let folder = Self { root: root.to_path_buf() };
+        io::atomic::refuse_links(root).or_bad_input()?;
         if root.is_file() {
             return Err(Error::bad_input(anyhow!(
                 "{}: is a file, not a folder; choose another --out",
@@ -82,6 +87,11 @@ impl RunFolder {
     /// Files for GIS, CAD, BIM and viewers.
     pub fn exports(&self) -> PathBuf {
         self.root.join("exports")
+    }
+
+    /// The drawings on paper.
+    pub fn sheets(&self) -> PathBuf {
+        self.exports().join(SHEETS)
     }
 
     /// The page for people.

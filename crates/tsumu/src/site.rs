@@ -27,6 +27,8 @@ pub struct Site {
     pub name: String,
     /// The site folder; `None` for clouds without one.
     pub folder: Option<PathBuf>,
+    /// Day of the survey, `YYYY-MM-DD`; empty when the site does not state it.
+    pub survey_date: String,
     /// Block types.
     pub catalog: Catalog,
     /// All surveys in one local frame.
@@ -43,6 +45,8 @@ pub struct Site {
     pub seed: u64,
     /// Size and hash of every input file as it was before it was read, by its path in the site folder.
     pub inputs: BTreeMap<String, Entry>,
+    /// Where those files lie.
+    pub(crate) input_files: Vec<PathBuf>,
 }
 
 impl Site {
@@ -56,27 +60,34 @@ impl Site {
         let files = io::site::load(folder).or_bad_input()?;
         let config = settings.of_site(&files.spec)?;
         let mut inputs = BTreeMap::new();
+        let mut input_files = Vec::new();
         for name in files.inputs() {
-            inputs.insert(portable(&name), entry(&files.folder.join(&name)).or_bad_input()?);
+            let file = files.folder.join(&name);
+            inputs.insert(portable(&name), entry(&file).or_bad_input()?);
+            input_files.push(file);
         }
         let review_file = files.folder.join(io::review::FILE);
         if review_file.exists() {
             inputs.insert(io::review::FILE.into(), entry(&review_file).or_bad_input()?);
+            input_files.push(review_file.clone());
         }
         let review = io::review::read(&review_file).or_bad_input()?;
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
         let survey = surveys::of_site(&files, job)?;
+        let ground = ground(&files, &survey);
         let site = Self {
             name: files.spec.name.clone(),
+            survey_date: files.spec.survey_date.clone(),
             design: design(&files, job)?,
-            ground: ground(&files, &survey),
             seed: settings.seed.unwrap_or(files.spec.seed),
             folder: Some(files.folder),
             catalog,
             survey,
             review,
-            config,
+            config: config.with_ground(ground.as_ref()),
+            ground,
             inputs,
+            input_files,
         };
         site.check()?;
         Ok(site)
@@ -91,13 +102,15 @@ impl Site {
         job: &Job,
     ) -> Result<Self> {
         let config = settings.alone()?;
-        let mut inputs = BTreeMap::new();
+        let (mut inputs, mut input_files) = (BTreeMap::new(), Vec::new());
         for file in clouds.files.iter().map(PathBuf::as_path).chain([catalog]).chain(review) {
             let name = file.file_name().map_or(file, Path::new);
             inputs.insert(portable(name), entry(file).or_bad_input()?);
+            input_files.push(file.to_path_buf());
         }
         let site = Self {
             name: String::new(),
+            survey_date: String::new(),
             folder: None,
             catalog: catalogue::read(catalog, job)?,
             survey: clouds.survey(job)?,
@@ -107,6 +120,7 @@ impl Site {
             config,
             seed: settings.seed.unwrap_or_default(),
             inputs,
+            input_files,
         };
         site.check()?;
         Ok(site)
@@ -129,8 +143,37 @@ impl Site {
         pipeline::survey::check_scale(&self.survey, &self.catalog)?;
         if let Some(design) = &self.design {
             pipeline::survey::check_design(&self.survey, design)?;
+            // Before hours of work, not after them.
+            plan::check_extent(design, &self.catalog, &self.config.plan)
+                .map_err(pipeline::PipelineError::from)?;
         }
         Ok(())
+    }
+
+    /// Refuses to write where an input lies. Errors: the file is one of them.
+    pub(crate) fn refuse_input(&self, out: &Path) -> Result<()> {
+        let real = |path: &Path| path.canonicalize().ok();
+        let Some(place) = real(out) else { return Ok(()) };
+        match self.input_files.iter().find(|file| real(file).as_ref() == Some(&place)) {
+            Some(_) => Err(Error::bad_input(anyhow!(
+                "{}: is an input, which is never overwritten; choose another --out",
+                out.display()
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The same for a whole folder that is going to be written.
+    pub(crate) fn refuse_inputs_below(&self, folder: &Path) -> Result<()> {
+        let Ok(place) = folder.canonicalize() else { return Ok(()) };
+        let below = |file: &&PathBuf| file.canonicalize().is_ok_and(|f| f.starts_with(&place));
+        match self.input_files.iter().find(below) {
+            Some(file) => Err(Error::bad_input(anyhow!(
+                "{}: is an input and lies in the folder of the results, where it could be overwritten; choose another --out",
+                file.display()
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// Where a run of this site is kept unless another folder is named.

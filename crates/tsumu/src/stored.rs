@@ -14,6 +14,7 @@ use io::RawCloud;
 use io::blocks_csv::BlockRow;
 use io::manifest::{Entry, Manifest};
 use io::not_judged_csv::NotJudgedRow;
+use pipeline::PileVerdict;
 use scene::{Catalog, Covariance, Fit, Guess, InstanceId, Recognised, Scene, SiteFrame, Verdict};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -27,28 +28,30 @@ pub(crate) fn recognition(
 ) -> Result<Recognition> {
     // A folder put together by hand may hold blocks alone.
     let whole = manifest.is_some();
-    let segments = segments(run, site, whole)?;
+    let (segments, pile) = segments(run, site, whole)?;
     let labels = cloud(&run.recognise_cloud(), site, whole)?;
     Ok(Recognition {
         segments,
         blocks: blocks(run, site, labels)?,
+        pile,
         weights: manifest.map(WeightsOrigin::of).unwrap_or_default(),
         review: manifest.and_then(ReviewRecord::of),
     })
 }
 
-fn segments(run: &RunFolder, site: &Site, whole: bool) -> Result<Segments> {
+fn segments(run: &RunFolder, site: &Site, whole: bool) -> Result<(Segments, PileVerdict)> {
     if !whole && !run.recognise_summary().exists() {
-        return Ok(Segments::default());
+        return Ok(Default::default());
     }
     let cloud = cloud(&run.segment_cloud(), site, whole)?;
     let summary: RecogniseSummary = json_file(&run.recognise_summary())?;
-    Ok(Segments {
+    let segments = Segments {
         instance: cloud.instance.unwrap_or_default(),
         confidence: cloud.confidence.unwrap_or_default(),
         instances: summary.instances,
         centre_hypotheses: summary.centre_hypotheses,
-    })
+    };
+    Ok((segments, summary.pile))
 }
 
 /// A cloud with one label for every point of the site's surveys.

@@ -1,6 +1,7 @@
 //! The figures of a run as `summary.json` has them: made once, read by words, pages and other programs.
 
 use crate::recognition::Recognition;
+use pipeline::PileVerdict;
 use plan::{ThresholdRange, Uncertainty};
 use scene::{Catalog, PlanSummary, Survey};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -33,6 +34,10 @@ pub struct RecogniseSummary {
     pub explained_points: usize,
     /// Mean distance of those within the threshold, metres.
     pub fitting_error_of_explained_points_m: Option<f64>,
+    /// What is said of the survey as a whole: share of what stands above the ground that the blocks explain, the size that fits
+    /// them, places that are no block, from where the survey was taken to be measured.
+    #[serde(default)]
+    pub pile: PileVerdict,
 }
 
 impl RecogniseSummary {
@@ -64,6 +69,7 @@ impl RecogniseSummary {
             matching_rate: all.matching_rate,
             explained_points: on_blocks.len(),
             fitting_error_of_explained_points_m: own.error_m,
+            pile: recognition.pile.clone(),
         }
     }
 }

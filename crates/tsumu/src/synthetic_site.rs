@@ -1,13 +1,18 @@
-//! A synthetic scene as a site folder: the survey in projected coordinates, the truth beside it.
+//! A synthetic scene as a site folder: the survey in projected coordinates, the truth beside it; and the same site later.
 
 use crate::catalogue::RecipeInputs;
 use crate::error::OrBadInput;
+use crate::planning::read_placements;
 use crate::{Result, dataset};
+use anyhow::Context;
 use geom::DVec3;
 use io::RawCloud;
 use io::blocks_csv::BlockRow;
-use scene::SiteFrame;
+use io::changes_csv::TruthRow;
+use scene::{Catalog, SiteFrame};
 use std::path::Path;
+use synth::SynthScene;
+use synth::then::{Then, TrueChange};
 
 /// Where a synthetic site lies.
 #[derive(Clone, Debug)]
@@ -36,22 +41,87 @@ pub fn make_site(
 ) -> Result<SyntheticSite> {
     let scene =
         synth::scene(&inputs.recipe, &inputs.catalog, dataset::seed(seed, 0)).or_bad_input()?;
-    let catalog = &inputs.catalog;
     let frame = SiteFrame { origin: place.origin, crs: place.crs.clone(), ..SiteFrame::default() };
+    write_survey(folder, &scene, &inputs.catalog, &frame)?;
+    Ok(SyntheticSite::of(&scene))
+}
+
+/// The same scene after something happened to it: survey and truth, and `truth/changes_truth.csv`, what really happened to
+/// each block. `plan`: the placements that works build, a storm needs none. Errors: works without a plan.
+pub fn make_next_epoch(
+    folder: &Path,
+    inputs: &RecipeInputs,
+    seed: u64,
+    place: &Georeference,
+    then: &Then,
+    plan: Option<&Path>,
+) -> Result<SyntheticSite> {
+    let (recipe, catalog) = (&inputs.recipe, &inputs.catalog);
+    let seed = dataset::seed(seed, 0);
+    let frame = SiteFrame { origin: place.origin, crs: place.crs.clone(), ..SiteFrame::default() };
+    let plan = plan.map(|file| read_placements(file, catalog, &frame)).transpose()?;
+    let before = synth::scene(recipe, catalog, seed).or_bad_input()?;
+    let next = synth::then::then(
+        recipe,
+        catalog,
+        &before.scene,
+        then,
+        plan.as_ref(),
+        seed.child("then", 0),
+    )
+    .or_bad_input()?;
+    write_survey(folder, &next.scene, catalog, &frame)?;
+    let rows: Vec<TruthRow> = next.changes.iter().map(|c| truth(c, catalog)).collect();
+    io::changes_csv::write_truth(&folder.join("truth/changes_truth.csv"), &rows)?;
+    Ok(SyntheticSite::of(&next.scene))
+}
+
+/// Reads what happens, from a TOML file.
+pub fn read_then(file: &Path) -> Result<Then> {
+    let text = std::fs::read_to_string(file)
+        .with_context(|| format!("cannot read {}", file.display()))
+        .or_bad_input()?;
+    Then::parse(&text).with_context(|| file.display().to_string()).or_bad_input()
+}
+
+fn truth(change: &TrueChange, catalog: &Catalog) -> TruthRow {
+    TruthRow {
+        earlier_id: change.earlier.map(|id| id.0),
+        later_id: change.later.map(|id| id.0),
+        plan_order: change.planned,
+        model: catalog.get(change.model).name.clone(),
+        what: change.what.word().into(),
+        shift_m: change.shift_m.as_dvec3().to_array(),
+        turn_deg: f64::from(change.turn_rad.to_degrees()),
+        lost_leg: change.lost_leg.into(),
+        cut_plane: change
+            .cut
+            .map(|p| [p.normal.x, p.normal.y, p.normal.z, p.offset_m].map(f64::from)),
+    }
+}
+
+impl SyntheticSite {
+    fn of(scene: &SynthScene) -> Self {
+        Self { blocks: scene.scene.blocks.len(), points: scene.survey.cloud.len() }
+    }
+}
+
+fn write_survey(
+    folder: &Path,
+    scene: &SynthScene,
+    catalog: &Catalog,
+    frame: &SiteFrame,
+) -> Result<()> {
     let position: Vec<DVec3> =
         scene.survey.cloud.position_m.iter().map(|&p| frame.site_from_local(p)).collect();
     let line = (!scene.survey.line.is_empty()).then(|| scene.survey.line.clone());
-    let survey = RawCloud { position, line, crs: Some(place.crs.clone()), ..RawCloud::default() };
+    let survey = RawCloud { position, line, crs: Some(frame.crs.clone()), ..RawCloud::default() };
     io::points::write(&folder.join("survey.laz"), &survey)?;
     let labelled = RawCloud { instance: Some(scene.instance.clone()), ..survey };
     io::points::write(&folder.join("truth/cloud.laz"), &labelled)?;
-    let rows: Vec<BlockRow> = scene
-        .scene
-        .blocks
-        .iter()
-        .zip(&scene.occlusion)
-        .map(|(block, &occlusion)| BlockRow::of_truth(block, occlusion, catalog, &frame))
+    let blocks = scene.scene.blocks.iter().zip(&scene.occlusion);
+    let rows: Vec<BlockRow> = blocks
+        .map(|(block, &occlusion)| BlockRow::of_truth(block, occlusion, catalog, frame))
         .collect();
-    io::blocks_csv::write_truth(&folder.join("truth/truth.csv"), &rows)?;
-    Ok(SyntheticSite { blocks: scene.scene.blocks.len(), points: scene.survey.cloud.len() })
+    Ok(io::blocks_csv::write_truth(&folder.join("truth/truth.csv"), &rows)?)
 }

@@ -15,3 +15,22 @@ pub const LONG: &str = concat!(
     ", opt-level ",
     env!("TSUMU_OPT_LEVEL"),
 );
+
+/// The class of processor, on which the last digits of a result depend: kernels add in the width of its registers. Results are
+/// equal to the byte within a class, and to some tenths of a millimetre between classes.
+pub fn processor() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let wide = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl");
+        if wide {
+            return "x86-64-v4";
+        }
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            return "x86-64-v3";
+        }
+    }
+    std::env::consts::ARCH
+}

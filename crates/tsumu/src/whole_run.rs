@@ -48,7 +48,7 @@ impl<'a> WholeRun<'a> {
     ) -> Result<Self> {
         let weights = weights::choose(options.recognise.weights.as_deref(), &site.catalog, job)?;
         let proposer = site.proposer(&options.plan, job)?;
-        let mut new = Run::create(folder, site)?;
+        let mut new = Run::prepare(folder, site)?;
         weights.origin.record(&mut new.manifest);
         if let Some(file) = proposer.as_ref().and_then(ChosenProposer::file) {
             new.note(stored::PROPOSER_NOTE, json!(file));
@@ -102,7 +102,7 @@ impl<'a> WholeRun<'a> {
 
     fn new_run(&self) -> Result<NewRun<'_>> {
         // The manifest that tells strangers from outputs goes with the first part that is written.
-        let mut new = Run::create(self.folder.root(), self.site)?;
+        let mut new = Run::prepare(self.folder.root(), self.site)?;
         new.strangers = self.strangers.clone();
         Ok(new)
     }

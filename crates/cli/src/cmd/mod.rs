@@ -1,6 +1,7 @@
 //! One file a subcommand: its flags, and the calls they become.
 
 pub mod chosen;
+pub mod compare;
 pub mod completions;
 pub mod evaluate;
 pub mod man;
@@ -10,5 +11,6 @@ pub mod recognise;
 pub mod report;
 pub mod run;
 pub mod segment;
+pub mod sign;
 pub mod synth;
 pub mod verify;

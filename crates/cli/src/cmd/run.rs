@@ -2,13 +2,14 @@
 
 use crate::cmd::plan::PolicyName;
 use crate::words;
+use anyhow::anyhow;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{
-    Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings, Site,
-    WholeRun,
+    Error, Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings,
+    Site, WholeRun,
 };
 
 /// Everything for one site: segment, recognise, plan, report.
@@ -43,6 +44,9 @@ pub struct RunArgs {
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Plan also where no block was recognised: on the surveyed ground
+    #[arg(long)]
+    pub bare_ground: bool,
 }
 
 impl RunArgs {
@@ -73,10 +77,12 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);
     words::recognised(&recognised, terminal);
-    let planned = whole.plan(&recognition)?;
+    let nothing = recognised.recognised_blocks == 0 && !args.bare_ground;
+    let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());
     match &summary {
         Some(summary) => words::planned(summary, terminal),
+        None if nothing => {}
         None => terminal.say("no [design], so nothing is planned: this is an inventory"),
     }
     let run = whole.finish(&recognition, planned.as_ref())?;
@@ -88,5 +94,8 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     });
     terminal.emit("run", &value);
     terminal.say(format!("open {}", run.report().display()));
+    if nothing {
+        return Err(Error::failed(anyhow!(words::nothing_recognised(&recognised))));
+    }
     Ok(())
 }

@@ -52,6 +52,12 @@ pub struct SynthArgs {
     #[arg(long, value_name = "E,N,H", value_parser = super::measured::point, allow_hyphen_values = true)]
     #[arg(requires = "site_crs")]
     pub site_origin: Option<[f64; 3]>,
+    /// Let this happen to the site and survey it again: DIR/then holds the second survey, its truth and what happened
+    #[arg(long, value_name = "STORM", requires = "site_crs")]
+    pub then: Option<PathBuf>,
+    /// The placements.csv (or the folder of a plan) that works of --then build
+    #[arg(long, value_name = "PLAN", requires = "then")]
+    pub then_plan: Option<PathBuf>,
 }
 
 fn shard(text: &str) -> std::result::Result<Shard, String> {
@@ -96,8 +102,18 @@ fn site(
     place: Georeference,
     terminal: &Terminal,
 ) -> Result<()> {
+    // What cannot happen is refused before anything is written.
+    let then = args.then.as_deref().map(tsumu::read_then).transpose()?;
+    let next = then.map(|then| {
+        let (folder, plan) = (args.out.join("then"), args.then_plan.as_deref());
+        tsumu::make_next_epoch(&folder, inputs, args.seed, &place, &then, plan)
+    });
+    let next = next.transpose()?;
     let made = tsumu::make_site(&args.out, inputs, args.seed, &place)?;
     terminal.say(format!("{} blocks, {} points", made.blocks, made.points));
+    if let Some(next) = next {
+        terminal.say(format!("then: {} blocks, {} points", next.blocks, next.points));
+    }
     Ok(())
 }
 

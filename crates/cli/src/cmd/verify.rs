@@ -17,6 +17,9 @@ pub struct VerifyArgs {
     /// Also check the inputs, in this site folder
     #[arg(long, value_name = "SITE_DIR")]
     pub site: Option<PathBuf>,
+    /// Also check the signature with this public key: a key file, or the key itself
+    #[arg(long, value_name = "KEY")]
+    pub key: Option<String>,
 }
 
 /// Exit status 1 when anything differs.
@@ -26,6 +29,10 @@ pub fn verify(args: &VerifyArgs, terminal: &Terminal) -> Result<()> {
     differences.iter().for_each(|difference| terminal.say(difference));
     terminal.emit("verified", &differences);
     if differences.is_empty() {
+        if let Some(key) = &args.key {
+            Run::check_signature(&args.run, key)?;
+            terminal.say("signed with this key, and not changed since");
+        }
         terminal.say("every file is as it was written");
         return Ok(());
     }

@@ -2,12 +2,13 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 11] = [
     "run",
     "segment",
     "recognise",
     "plan",
     "report",
+    "compare",
     "evaluate",
     "verify",
     "synth",
