@@ -16,9 +16,9 @@ pub const COLUMNS: [&str; 22] = [
     "ry_rz", "rz_rz",
 ];
 
-/// Text of the file: a line for every stated block that has a covariance.
+/// Text of the file: a line for every block that has a covariance, also those that are not judged.
 pub fn text(blocks: &[Recognised]) -> String {
-    let held = scene::stated(blocks).filter_map(|(b, fit)| Some(cells(b.block, &fit.covariance?)));
+    let held = blocks.iter().filter_map(|b| Some(cells(b.block, &b.fit()?.covariance?)));
     csv_table::text(&COLUMNS, held)
 }
 

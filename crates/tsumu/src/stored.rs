@@ -94,7 +94,7 @@ fn blocks(run: &RunFolder, site: &Site, labels: RawCloud) -> Result<Vec<Recognis
         let own = points.remove(&row.block_id).unwrap_or_default();
         blocks.push(Recognised::of_fit(InstanceId(row.block_id), own, fit));
     }
-    blocks.extend(not_judged(run, site)?);
+    blocks.extend(not_judged(run, site, &covariance)?);
     blocks.sort_by_key(|b| b.block);
     match blocks.windows(2).find(|pair| pair[0].block == pair[1].block) {
         Some(pair) => Err(Error::bad_input(anyhow!(
@@ -106,14 +106,21 @@ fn blocks(run: &RunFolder, site: &Site, labels: RawCloud) -> Result<Vec<Recognis
     }
 }
 
-fn not_judged(run: &RunFolder, site: &Site) -> Result<Vec<Recognised>> {
+fn not_judged(
+    run: &RunFolder,
+    site: &Site,
+    covariance: &BTreeMap<u32, Covariance>,
+) -> Result<Vec<Recognised>> {
     let (catalog, frame, file) = (&site.catalog, &site.survey.frame, run.not_judged());
     let count = site.survey.cloud.len();
     let mut points = if_there(&run.not_judged_points(), |f| io::block_points_csv::read(f, count))?;
     let block = |row: NotJudgedRow| {
         let number = row.block_id();
         let guess = match row {
-            NotJudgedRow::Fit(row) => Guess::Fit(fit(&row, catalog, frame, &file)?),
+            NotJudgedRow::Fit(row) => Guess::Fit(Fit {
+                covariance: covariance.get(&number).copied(),
+                ..fit(&row, catalog, frame, &file)?
+            }),
             NotJudgedRow::Place { position_m, .. } => {
                 Guess::Place(frame.local_from_site(position_m.into()))
             }
