@@ -26,6 +26,7 @@ pub enum Verdict {
 
 /// What is known of a block that is not judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // few of them, and a place alone is rare
 pub enum Guess {
     /// The likeliest pose and type.
     Fit(Fit),
