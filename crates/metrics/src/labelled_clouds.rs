@@ -1,7 +1,7 @@
 //! A labelled cloud against any other labelled cloud of the same scene, in whatever order and numbering.
 //!
 //! In: positions and instance numbers of both, a tolerance. Out: a pair of label columns over the true points, which the
-//! figures of [`crate::instances`] and [`crate::average_precision`] take, and how many points of either side found no partner.
+//! figures of [`crate::instances`] and [`crate::average_precision()`] take, and how many points of either side found no partner.
 //! Every true point takes the label of the nearest point of the result within the tolerance; a true point without one has
 //! no label there. Points of the result that the truth knows nothing of do not enter an overlap; an instance that has most
 //! of its points there is not judged.
