@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "run",
     "segment",
     "recognise",
@@ -11,6 +11,7 @@ const COMMANDS: [&str; 11] = [
     "compare",
     "evaluate",
     "verify",
+    "sign",
     "synth",
     "completions",
     "man",
