@@ -1,8 +1,9 @@
-//! Interlocking single-layer units *in the manner of* well-known ones: crossed octagonal spindles whose bounding box and volume are the
-//! published ones; fillets and chamfers of the makers' drawings are left out, so that their names end in `-like`.
+//! Interlocking single-layer units *in the manner of* well-known ones: crossed octagonal spindles after the public drawings' overall
+//! proportions; widths solved for the stated volume coefficient. Fillets and chamfers are left out, so that their names end in
+//! `-like`.
 //!
-//! Widths follow from the volumes: core-loc-like 0.2236 C³, xbloc-like D³/3, accropode-like 0.34 H³. The six-leg unit has
-//! proportions of our own.
+//! Volume coefficients: core-loc-like 0.2236 C³, xbloc-like D³/3, accropode-like 0.34 H³. The six-leg unit has proportions of
+//! our own.
 
 use crate::rotation_group::{closure, octahedral};
 use geom::{ConvexSolid, Quat, TriMesh, Vec3};
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn boxes_and_volumes_are_the_published_ones() {
+    fn boxes_and_volumes_are_the_stated_ones() {
         type Make = fn(f32) -> (TriMesh, Vec<ConvexPart>, Vec<Quat>);
         let all: [(&str, Make, f32, usize); 4] = [
             ("core-loc-like", core_loc_like, 0.2236, 4),

@@ -19,9 +19,15 @@ pub struct Options {
     pub command: Command,
 }
 
-/// The stages, in the order data passes them, then what serves them.
+/// What makes a site, the stages in the order data passes them, then what serves them.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Write a first site from surveys alone
+    Init(cmd::init::InitArgs),
+    /// List the built-in blocks
+    Blocks(cmd::blocks::BlocksArgs),
+    /// Look at a site before it is worked on: all complaints, and whether it can be answered
+    Check(cmd::check::CheckArgs),
     /// Everything for one site: segment, recognise, plan, report
     Run(cmd::run::RunArgs),
     /// Label every point of a cloud with the block it belongs to

@@ -1,7 +1,10 @@
 //! Results in words, for people.
 
+use scene::Severity;
 use terminal::Terminal;
-use tsumu::{Compared, CountRange, PlannedSummary, RecogniseSummary, Recognition, Scores};
+use tsumu::{
+    Compared, CountRange, PlannedSummary, Preflight, RecogniseSummary, Recognition, Scores,
+};
 
 fn percent(value: Option<f64>) -> String {
     value.map_or("–".to_string(), |v| format!("{:.1} %", v * 100.0))
@@ -9,6 +12,31 @@ fn percent(value: Option<f64>) -> String {
 
 fn millimetres(value: Option<f64>, digits: usize) -> String {
     value.map_or("–".to_string(), |v| format!("{:.digits$} mm", v * 1000.0))
+}
+
+/// What a check found; the refusals are the error that follows.
+pub fn checked(found: &Preflight, terminal: &Terminal) {
+    for complaint in found.complaints.iter().filter(|c| c.severity != Severity::Refusal) {
+        let word = if complaint.severity == Severity::Warning { "warning" } else { "note" };
+        terminal.say(format!("{word}: {complaint}"));
+    }
+    for s in &found.surveys {
+        terminal.say(format!(
+            "{}: {} points, {:.0} on a square metre, heights {:.2} to {:.2} m",
+            s.file, s.points, s.density_per_m2, s.low[2], s.high[2]
+        ));
+    }
+    let e = &found.expected;
+    terminal.say(format!(
+        "a guess of what a run takes: {:.0} s for the recognition, {:.1} GB",
+        e.recognition_s.ceil(),
+        e.memory_bytes as f64 / 1e9
+    ));
+    terminal.say(match found.because.len() {
+        0 => "can be answered".to_string(),
+        1 => "cannot be answered, because:".to_string(),
+        n => format!("cannot be answered, because of {n} things:"),
+    });
 }
 
 /// What a review did.

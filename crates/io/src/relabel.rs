@@ -27,11 +27,13 @@ pub struct SiteFromFile {
     pub height_factor: f64,
     /// Added to them then, metres.
     pub vertical_offset_m: f64,
+    /// Code of the site's coordinate reference system, for a LAS that names none.
+    pub epsg: Option<u32>,
 }
 
 impl Default for SiteFromFile {
     fn default() -> Self {
-        Self { swap: false, height_factor: 1.0, vertical_offset_m: 0.0 }
+        Self { swap: false, height_factor: 1.0, vertical_offset_m: 0.0, epsg: None }
     }
 }
 

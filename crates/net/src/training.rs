@@ -193,13 +193,13 @@ impl<'a, N: Module + Sync> Training<'a, N> {
             network = optimiser.step(rate, network, gradients);
             done = step + 1;
             let last = done == schedule.steps;
-            let due = done % schedule.validation_steps == 0 || last;
+            let due = done.is_multiple_of(schedule.validation_steps) || last;
             judgement = due.then(|| task.judge(&network, done, &replicas));
-            if due || done % STEPS_A_LINE == 0 {
+            if due || done.is_multiple_of(STEPS_A_LINE) {
                 curve.write(&task.line(done, rate, &report, judgement.as_ref()))?;
             }
             let stop = self.observer.cancelled();
-            if done % schedule.checkpoint_steps == 0 || last || stop {
+            if done.is_multiple_of(schedule.checkpoint_steps) || last || stop {
                 checkpoint.save(&network, &optimiser, done, &task.model(&network, done)?)?;
                 task.saved(checkpoint)?;
             }

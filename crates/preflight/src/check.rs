@@ -1,6 +1,6 @@
 //! The check: everything that is wrong or doubtful of a site, and the verdict.
 
-use crate::look::{SurveyLook, look};
+use crate::look::{Placed, SurveyLook, look};
 use crate::overlap::height_step_m;
 use geom::{DVec3, Event, Observer, Silent};
 use io::crs::FileCrs;
@@ -19,7 +19,7 @@ const STEP_SHARE: f64 = 0.02;
 /// A survey that stands higher than another by this share of a block, where they overlap, has another datum.
 const DATUM_SHARE: f64 = 0.05;
 
-/// What a run will take, by the figures of BENCHMARK.md: two cores.
+/// A guess of what a run will take on two cores; the figures are not measured.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Expected {
     /// Points of all surveys.
@@ -45,7 +45,7 @@ pub struct Preflight {
     pub design_levels_m: Option<[f64; 2]>,
     /// Share of the design's area that the surveys cover.
     pub design_covered: Option<f64>,
-    /// What a run will take.
+    /// A guess of what a run will take.
     pub expected: Expected,
 }
 
@@ -55,7 +55,7 @@ pub fn check(folder: &Path, observer: &dyn Observer) -> Preflight {
     match io::site::load(folder) {
         Err(error) => {
             for one in error.each() {
-                out.complaints.push(refusal_of("site", &folder.display().to_string(), one));
+                out.complaints.push(refusal_of("site", &site_file_of(folder), one));
             }
         }
         Ok(site) => look_at(&site, observer, &mut out),
@@ -67,12 +67,25 @@ pub fn check(folder: &Path, observer: &dyn Observer) -> Preflight {
     out
 }
 
+/// `site.toml` of a folder, or the path itself.
+fn site_file_of(folder: &Path) -> String {
+    let file = folder.join("site.toml");
+    let file = if file.is_file() { file.as_path() } else { folder };
+    file.display().to_string()
+}
+
 /// An error that names its file itself, as a complaint.
 fn refusal_of(code: &'static str, file: &str, error: &dyn std::fmt::Display) -> Complaint {
     let text = error.to_string();
-    let own = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text);
+    // `file: what` or `file, line 3: what`.
+    let behind = text.strip_prefix(file).unwrap_or_default();
+    let placed = behind.strip_prefix(", ").and_then(|rest| rest.split_once(": "));
+    let (place, own) = match (placed, behind.strip_prefix(": ")) {
+        (Some(placed), _) => placed,
+        (None, own) => ("", own.unwrap_or(&text)),
+    };
     let (found, advice) = own.rsplit_once("; ").unwrap_or((own, ""));
-    Complaint::refusal(code, file, found, advice)
+    Complaint::refusal(code, file, found, advice).at(place)
 }
 
 fn look_at(site: &Site, observer: &dyn Observer, out: &mut Preflight) {
@@ -83,7 +96,8 @@ fn look_at(site: &Site, observer: &dyn Observer, out: &mut Preflight) {
         observer.event(Event::Noted { stage: "check", message });
         let offset_m = spec.vertical_offset_m.unwrap_or(0.0);
         let options = ReadOptions::of_survey(spec);
-        match look(file, &options, site.spec.axis_order, offset_m) {
+        let (axis_order, area) = (site.spec.axis_order, site.spec.area.as_ref());
+        match look(file, &options, &Placed { axis_order, offset_m, area }) {
             Ok(found) => {
                 survey_complaints(&found, catalog.as_ref(), out);
                 out.surveys.push(found);
@@ -315,7 +329,7 @@ fn datum_steps(block_m: f64, out: &mut Preflight) {
     }
 }
 
-/// 120 bytes a point through all stages, 2.5 s for every 100,000 points.
+/// Guesses: 120 bytes a point through all stages, 2.5 s for every 100,000 points.
 fn expected(surveys: &[SurveyLook]) -> Expected {
     let points: u64 = surveys.iter().map(|s| s.points).sum();
     Expected {

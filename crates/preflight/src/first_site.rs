@@ -1,9 +1,9 @@
 //! A first site from surveys alone: `site.toml` and `catalog.toml` with everything filled in that the files say, and a comment
 //! beside everything that is a guess.
 
-use crate::look::{SurveyLook, look};
+use crate::look::{Placed, SurveyLook, look};
 use io::{IoError, ReadOptions};
-use scene::{AxisOrder, shape_of_name};
+use scene::shape_of_name;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -55,7 +55,7 @@ pub fn first_site(
     let mut looks = Vec::new();
     for file in surveys {
         let options = ReadOptions::survey();
-        looks.push(look(file, &options, AxisOrder::EastNorth, 0.0).map_err(InitError::Survey)?);
+        looks.push(look(file, &options, &Placed::default()).map_err(InitError::Survey)?);
     }
     let references: Vec<_> = looks.iter().map(|l| (l.file.clone(), l.reference.clone())).collect();
     let refusals = io::crs::disagreements("", &references);

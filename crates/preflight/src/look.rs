@@ -4,7 +4,7 @@ use geom::{DVec3, strays};
 use io::crs::FileCrs;
 use io::read_options::{LeftOut, Reason};
 use io::{IoError, RawCloud, ReadOptions};
-use scene::AxisOrder;
+use scene::{Area, AxisOrder};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::path::Path;
@@ -56,9 +56,9 @@ struct Sample {
 }
 
 impl Sample {
-    fn add(&mut self, batch: &RawCloud) {
+    fn add(&mut self, batch: &RawCloud, inside: impl Fn(&DVec3) -> bool) {
         self.stride = self.stride.max(1);
-        for p in &batch.position {
+        for p in batch.position.iter().filter(|p| inside(p)) {
             if self.seen.is_multiple_of(self.stride) {
                 self.points.push(*p);
             }
@@ -75,16 +75,30 @@ impl Sample {
     }
 }
 
-/// Looks at a file whose columns run so; `offset_m` is added to its heights.
+/// What a site says of a survey's coordinates.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Placed<'a> {
+    /// How the file's columns run.
+    pub axis_order: AxisOrder,
+    /// Added to its heights, metres.
+    pub offset_m: f64,
+    /// The part that is looked at.
+    pub area: Option<&'a Area>,
+}
+
+/// Looks at a file, or what of it lies in the area.
 pub(crate) fn look(
     file: &Path,
     options: &ReadOptions,
-    axis_order: AxisOrder,
-    offset_m: f64,
+    placed: &Placed,
 ) -> Result<SurveyLook, IoError> {
+    let Placed { axis_order, offset_m, area } = *placed;
     let mut sample = Sample::default();
     let meta = io::points::stream_file(file, options, &mut |batch| {
-        sample.add(&batch);
+        let axes = if batch.named_axes { AxisOrder::EastNorth } else { axis_order };
+        let corners = area.map(|area| area.corners(axes));
+        let inside = |p: &DVec3| corners.is_none_or(|[l, h]| p.cmpge(l).all() && p.cmple(h).all());
+        sample.add(&batch, inside);
         Ok(())
     })?;
     let Sample { points, seen, .. } = sample;
@@ -93,6 +107,12 @@ pub(crate) fn look(
         *left_out.entry(Reason::Invalid).or_default() += meta.invalid;
     }
     if points.is_empty() {
+        if let Some(Area { west, east, south, north }) = area {
+            let what = format!(
+                "none of its points lies in the area (east {west} to {east}, north {south} to {north}); is the axis order right?"
+            );
+            return Err(IoError::Unsupported { path: file.into(), what });
+        }
         let path = file.into();
         return Err(if left_out.is_empty() {
             IoError::NoPoints { path }

@@ -101,7 +101,7 @@ impl Terminal {
             let event = json!({ "event": "failed", "code": code, "message": message });
             print_line(&event.to_string());
         }
-        eprintln!("tsumu: {message}");
+        error.lines().iter().for_each(|line| eprintln!("tsumu: {line}"));
     }
 
     /// A part is done: its wall time, and that it was kept or is kept from now on.

@@ -16,7 +16,7 @@ pub fn read(file: &Path, observer: &dyn Observer) -> Result<Catalog> {
 
 /// The models of a catalogue whose meshes lie beside `file`.
 pub(crate) fn models(spec: &CatalogSpec, file: &Path, observer: &dyn Observer) -> Result<Catalog> {
-    let load = io::site::mesh_loader(file);
+    let load = io::site::mesh_loader_telling(file, observer);
     let catalog = blocks::catalog(spec, &load)
         .map_err(|e| Error::bad_input(anyhow!(e).context(file.display().to_string())))?;
     for warning in blocks::warnings(&catalog) {

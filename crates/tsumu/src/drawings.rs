@@ -17,6 +17,8 @@ use std::path::Path;
 pub struct Drawings {
     /// Design, survey, and survey with the plan.
     pub surfaces: Surfaces,
+    /// What the blocks lie on, on the same grid.
+    pub bed: HeightMap,
     /// Design minus survey.
     pub deficit_before: HeightMap,
     /// Design minus survey with the plan.
@@ -39,12 +41,15 @@ impl Drawings {
         let works = site.works(&recognition.blocks, site.needed_design()?);
         let (surfaces, sections) = pipeline::surfaces(&works, &planned.pile, &planned.plan);
         let (deficit_before, deficit_after) = (surfaces.deficit_before(), surfaces.deficit_after());
+        let mut bed = surfaces.design.clone();
+        bed.fill_with(|x, y| planned.pile.ground.height_m(x, y));
         let (line, reach_m) = plan::works_line(works.design);
         let design_lines = pipeline::design_lines(&works);
         let unfilled =
             pipeline::unfilled(&works, &planned.pile, &planned.plan, &surfaces, &site.config)?;
         Ok(Self {
             surfaces,
+            bed,
             deficit_before,
             deficit_after,
             sections,

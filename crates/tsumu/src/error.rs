@@ -21,6 +21,11 @@ pub struct Error {
     cause: anyhow::Error,
 }
 
+/// Complaints, one a line.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", .0.join("\n"))]
+struct Several(Vec<String>);
+
 /// What all calls of this crate return.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -38,6 +43,25 @@ impl Error {
     /// The user asked to stop.
     pub fn stopped(cause: impl Into<anyhow::Error>) -> Self {
         Self { kind: Kind::Stopped, cause: cause.into() }
+    }
+
+    /// Several complaints about the user's files, one a line; `None` without any.
+    pub(crate) fn of_lines(lines: Vec<String>) -> Option<Self> {
+        let lines: Vec<_> = lines.iter().map(|line| line.replace('\n', " ")).collect();
+        (!lines.is_empty()).then(|| Self::bad_input(Several(lines)))
+    }
+
+    /// One line for each thing that is wrong: several complaints come at once.
+    pub fn lines(&self) -> Vec<String> {
+        if let Some(Several(lines)) = self.cause.downcast_ref() {
+            return lines.clone();
+        }
+        match self.cause.downcast_ref::<io::IoError>() {
+            Some(all @ io::IoError::Several { .. }) => {
+                all.each().iter().map(|e| e.to_string().replace('\n', " ")).collect()
+            }
+            _ => vec![self.line()],
+        }
     }
 
     /// Whose fault it is.

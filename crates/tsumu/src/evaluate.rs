@@ -3,9 +3,9 @@
 use crate::error::OrBadInput;
 use crate::{Error, Job, Result, catalogue, outputs, stored, summary};
 use anyhow::anyhow;
-use io::RawCloud;
 use io::blocks_csv::BlockRow;
 use io::not_judged_csv::NotJudgedRow;
+use io::{RawCloud, ReadOptions};
 use metrics::labelled_clouds::{Labelled, MatchedLabels, Zero, match_labels, tolerance_m};
 use metrics::{DetectionCounts, InstanceScene, PoseCriteria, PoseScore, TrueBlock};
 use scene::{Catalog, Fit, InstanceId, Recognised, SiteFrame};
@@ -251,7 +251,8 @@ fn score_scene(
     };
     let own = ["segment/cloud.laz", "cloud.ply", "cloud.laz", "cloud.las"];
     if let Some(file) = first_file(result_dir, &own) {
-        let cloud = io::points::read(&file, job).or_bad_input()?;
+        let cloud =
+            io::points::read_with(&file, &ReadOptions::every_point(), job).or_bad_input()?;
         let points: Vec<_> = cloud.position.iter().map(|&p| frame.local_from_site(p)).collect();
         let placed = pipeline::placed_blocks(&estimates);
         total.distance_m = metrics::model_distances_m(&points, &placed, catalog, total.threshold_m);
@@ -296,10 +297,12 @@ impl Total {
     ) -> Result<()> {
         let clouds = ["cloud.ply", "cloud.laz", "cloud.las", "segment/cloud.laz"];
         let Some(truth_file) = first_file(truth_dir, &clouds) else { return Ok(()) };
-        let truth = io::points::read(&truth_file, job).or_bad_input()?;
+        let truth =
+            io::points::read_with(&truth_file, &ReadOptions::every_point(), job).or_bad_input()?;
         self.instances.extend(labels(&truth, cloud, catalog, truths, criteria)?);
         if let Some(file) = first_file(result_dir, &["recognise/cloud.laz"]) {
-            let explained = io::points::read(&file, job).or_bad_input()?;
+            let explained =
+                io::points::read_with(&file, &ReadOptions::every_point(), job).or_bad_input()?;
             self.block_points.extend(labels(&truth, &explained, catalog, truths, criteria)?);
         }
         Ok(())

@@ -97,8 +97,8 @@ impl<'a> Job<'a> {
 }
 
 /// Words that stages warn with.
-const STAGES: [&str; 8] =
-    ["read", "catalogue", "segment", "pose", "review", "plan", "uncertainty", "run"];
+const STAGES: [&str; 9] =
+    ["check", "read", "catalogue", "segment", "pose", "review", "plan", "uncertainty", "run"];
 
 impl Observer for Job<'_> {
     fn event(&self, event: Event) {

@@ -31,7 +31,7 @@ impl Site {
         for out in [file, &beside(file, ".config.toml"), &beside(file, ".manifest.json")] {
             self.refuse_input(out)?;
         }
-        outputs::write_labelled(file, &self.survey, segments)?;
+        outputs::write_labelled(file, self, segments)?;
         let config = beside(file, ".config.toml");
         io::atomic::write_bytes(&config, toml::to_string(&self.config)?.as_bytes())?;
         let mut manifest =

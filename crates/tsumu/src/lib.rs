@@ -11,6 +11,7 @@
 //! # Ok::<(), tsumu::Error>(())
 //! ```
 
+mod before;
 mod catalogue;
 mod comparison;
 mod dataset;
@@ -22,6 +23,7 @@ mod labelled;
 mod local_survey;
 mod lock;
 mod outputs;
+mod own_records;
 mod page;
 mod planning;
 mod recognition;
@@ -41,6 +43,7 @@ pub mod version;
 mod weights;
 mod whole_run;
 
+pub use before::{cannot, check, check_first, init};
 pub use catalogue::{RecipeInputs, read_recipe};
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
@@ -54,6 +57,7 @@ pub use labelled::check_labelled;
 pub use outputs::json_value;
 pub use page::Page;
 pub use planning::{PlanOptions, Planned, kept_of};
+pub use preflight::{FirstSite, Preflight};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};

@@ -36,6 +36,8 @@ pub(crate) enum SurveyError {
 pub(crate) struct RawSurvey {
     /// The file, for messages.
     pub file: String,
+    /// Which way its axes run.
+    pub axis_order: AxisOrder,
     /// Points in the file's own order of axes.
     pub position: Vec<DVec3>,
     /// Survey line of each point, 0 = unknown; empty when the file does not say.
@@ -54,13 +56,11 @@ pub(crate) struct RawSurvey {
 /// Errors: no points at all, a coordinate that is not a number, more survey lines than can be told apart.
 pub(crate) fn local_survey(
     raw: &[RawSurvey],
-    axis_order: AxisOrder,
     crs: &str,
     vertical_datum: &str,
 ) -> Result<Survey, SurveyError> {
-    let to_site = |p: DVec3, offset_m: f64| match axis_order {
-        AxisOrder::EastNorth => DVec3::new(p.x, p.y, p.z + offset_m),
-        AxisOrder::NorthEast => DVec3::new(p.y, p.x, p.z + offset_m),
+    let to_site = |p: DVec3, part: &RawSurvey| {
+        part.axis_order.east_north_up(p) + DVec3::new(0.0, 0.0, part.vertical_offset_m)
     };
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for survey in raw {
@@ -71,7 +71,7 @@ pub(crate) fn local_survey(
             if !p.is_finite() {
                 return Err(SurveyError::NotFinite { file: survey.file.clone(), point: i });
             }
-            let p = to_site(p, survey.vertical_offset_m);
+            let p = to_site(p, survey);
             (low, high) = (low.min(p), high.max(p));
         }
     }
@@ -85,7 +85,7 @@ pub(crate) fn local_survey(
     };
     let mut survey = Survey { frame, sensor: noisiest(raw), ..Survey::default() };
     for part in raw {
-        let local = |p: &DVec3| survey.frame.local_from_site(to_site(*p, part.vertical_offset_m));
+        let local = |p: &DVec3| survey.frame.local_from_site(to_site(*p, part));
         let positions: Vec<_> = part.position.iter().map(local).collect();
         let sensors: Vec<_> = part.sensor_position.iter().map(local).collect();
         survey.cloud.position_m.extend(positions);
@@ -150,7 +150,6 @@ mod tests {
     fn large_coordinates_keep_their_millimetres() {
         let survey = local_survey(
             &[raw(&[[43_210.125, -98_765.25, 3.0], [43_212.0, -98_760.0, 4.0]])],
-            AxisOrder::EastNorth,
             "EPSG:6679",
             "T.P.",
         )
@@ -162,8 +161,7 @@ mod tests {
     #[test]
     fn north_east_files_are_turned() {
         let survey = local_survey(
-            &[raw(&[[-98_765.0, 43_210.0, 3.0]])],
-            AxisOrder::NorthEast,
+            &[RawSurvey { axis_order: AxisOrder::NorthEast, ..raw(&[[-98_765.0, 43_210.0, 3.0]]) }],
             "EPSG:6679",
             "",
         )
@@ -176,20 +174,17 @@ mod tests {
     fn a_single_survey_keeps_its_sensor() {
         for sensor in [SensorKind::Uav, SensorKind::Mbes, SensorKind::DepthCamera] {
             let one = RawSurvey { sensor, ..raw(&[[1.0, 2.0, 3.0]]) };
-            assert_eq!(local_survey(&[one], AxisOrder::EastNorth, "", "").unwrap().sensor, sensor);
+            assert_eq!(local_survey(&[one], "", "").unwrap().sensor, sensor);
         }
         let both = [RawSurvey { sensor: SensorKind::Mbes, ..raw(&[[0.0; 3]]) }, raw(&[[1.0; 3]])];
-        assert_eq!(
-            local_survey(&both, AxisOrder::EastNorth, "", "").unwrap().sensor,
-            SensorKind::Mbes
-        );
+        assert_eq!(local_survey(&both, "", "").unwrap().sensor, SensorKind::Mbes);
     }
 
     /// Lines beyond the 65,535th were once taken for one.
     #[test]
     fn more_lines_than_numbers_are_refused() {
         let part = |line: u16| RawSurvey { line: vec![line], ..raw(&[[1.0, 2.0, 3.0]]) };
-        let join = |a, b| local_survey(&[part(a), part(b)], AxisOrder::EastNorth, "", "");
+        let join = |a, b| local_survey(&[part(a), part(b)], "", "");
         assert_eq!(join(60_000, 5_535).unwrap().line, [60_000, 65_535]);
         assert!(join(60_000, 5_536).unwrap_err().to_string().contains("a.laz"));
     }
@@ -197,10 +192,7 @@ mod tests {
     #[test]
     fn bad_surveys_are_named() {
         let at = |r: Result<Survey, SurveyError>| r.unwrap_err().to_string();
-        assert!(at(local_survey(&[raw(&[])], AxisOrder::EastNorth, "", "")).contains("a.laz"));
-        assert!(
-            at(local_survey(&[raw(&[[0.0, f64::NAN, 0.0]])], AxisOrder::EastNorth, "", ""))
-                .contains("point 1")
-        );
+        assert!(at(local_survey(&[raw(&[])], "", "")).contains("a.laz"));
+        assert!(at(local_survey(&[raw(&[[0.0, f64::NAN, 0.0]])], "", "")).contains("point 1"));
     }
 }

@@ -36,19 +36,37 @@ fn site_cloud(survey: &Survey) -> RawCloud {
     RawCloud { position, line, crs, ..RawCloud::default() }
 }
 
+/// What was found of every point of a survey.
+pub(crate) struct Columns {
+    /// Block of each point, 0 = none.
+    pub instance: Vec<u32>,
+    /// Type of its block, from 1; 0 = none.
+    pub model: Vec<u16>,
+    /// Confidence of the label, in [0, 1].
+    pub confidence: Vec<f32>,
+}
+
 /// Writes the survey with the instance of every point.
-pub(crate) fn write_labelled(path: &Path, survey: &Survey, segments: &Segments) -> Result<()> {
+pub(crate) fn write_labelled(path: &Path, site: &Site, segments: &Segments) -> Result<()> {
+    let columns = Columns {
+        instance: segments.instance.clone(),
+        model: vec![0; segments.instance.len()],
+        confidence: segments.confidence.clone(),
+    };
+    if let Some(own) = site.records.as_ref().filter(|own| own.fit(path)) {
+        return own.write(path, &columns, &site.survey.frame.crs);
+    }
     let cloud = RawCloud {
-        instance: Some(segments.instance.clone()),
-        confidence: Some(segments.confidence.clone()),
-        ..site_cloud(survey)
+        instance: Some(columns.instance),
+        confidence: Some(columns.confidence),
+        ..site_cloud(&site.survey)
     };
     Ok(io::points::write(path, &cloud)?)
 }
 
-/// The survey with the recognised block, its type and confidence for every point.
-fn explained_cloud(survey: &Survey, blocks: &[Recognised]) -> RawCloud {
-    let n = survey.cloud.len();
+/// Writes the survey with the recognised block, its type and confidence for every point.
+fn write_explained(path: &Path, site: &Site, blocks: &[Recognised]) -> Result<()> {
+    let n = site.survey.cloud.len();
     let (mut instance, mut model, mut confidence) = (vec![0; n], vec![0; n], vec![0.0; n]);
     for (block, fit) in scene::stated(blocks) {
         for &point in &block.points {
@@ -57,18 +75,23 @@ fn explained_cloud(survey: &Survey, blocks: &[Recognised]) -> RawCloud {
             confidence[i] = fit.confidence.unwrap_or(0.0);
         }
     }
-    RawCloud {
-        instance: Some(instance),
-        model: Some(model),
-        confidence: Some(confidence),
-        ..site_cloud(survey)
+    let columns = Columns { instance, model, confidence };
+    if let Some(own) = site.records.as_ref().filter(|own| own.fit(path)) {
+        return own.write(path, &columns, &site.survey.frame.crs);
     }
+    let cloud = RawCloud {
+        instance: Some(columns.instance),
+        model: Some(columns.model),
+        confidence: Some(columns.confidence),
+        ..site_cloud(&site.survey)
+    };
+    Ok(io::points::write(path, &cloud)?)
 }
 
 /// Writes `segment/` and `recognise/` of a run.
 pub(crate) fn write_recognition(run: &RunFolder, site: &Site, found: &Recognition) -> Result<()> {
     let (survey, catalog, blocks) = (&site.survey, &site.catalog, &found.blocks);
-    write_labelled(&run.segment_cloud(), survey, &found.segments)?;
+    write_labelled(&run.segment_cloud(), site, &found.segments)?;
     let stated: Vec<BlockRow> = scene::stated(blocks)
         .map(|(b, fit)| BlockRow::of_fit(b.block, fit, catalog, &survey.frame))
         .collect();
@@ -80,7 +103,7 @@ pub(crate) fn write_recognition(run: &RunFolder, site: &Site, found: &Recognitio
     let points = open.map(|b| (b.block.0, b.points.as_slice()));
     io::block_points_csv::write(&run.not_judged_points(), points)?;
     io::covariance_csv::write(&run.covariance(), blocks)?;
-    io::points::write(&run.recognise_cloud(), &explained_cloud(survey, blocks))?;
+    write_explained(&run.recognise_cloud(), site, blocks)?;
     write_json(&run.recognise_summary(), &RecogniseSummary::of(survey, found, catalog))
 }
 

@@ -102,7 +102,7 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
         design: Some(&drawings.surfaces.design),
         surveyed: Some(&drawings.surfaces.as_surveyed),
         planned: Some(&drawings.surfaces.planned),
-        ground: None,
+        ground: Some(&drawings.bed),
     });
     page.unfilled = drawings.unfilled.iter().map(unfilled).collect();
     page.maps = maps(drawings);

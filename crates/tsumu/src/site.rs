@@ -1,10 +1,13 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
 use crate::error::OrBadInput;
-use crate::surveys::{self, Clouds};
+use crate::own_records::OwnRecords;
+use crate::surveys::{self, Clouds, Joined};
 use crate::{Error, Job, Result, Settings, catalogue};
 use anyhow::{Context, anyhow};
 use geom::{DVec3, Observer};
+use io::crs::FileCrs;
+use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
 use scene::{Catalog, DesignSurface, Ground, GroundSpec, Review, Survey};
@@ -47,6 +50,8 @@ pub struct Site {
     pub inputs: BTreeMap<String, Entry>,
     /// Where those files lie.
     pub(crate) input_files: Vec<PathBuf>,
+    /// The points' places in their file, where one file with records is the whole survey.
+    pub(crate) records: Option<OwnRecords>,
 }
 
 impl Site {
@@ -73,12 +78,14 @@ impl Site {
         }
         let review = io::review::read(&review_file).or_bad_input()?;
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
-        let survey = surveys::of_site(&files, job)?;
+        let Joined { survey, mut references, records } = surveys::of_site(&files, job)?;
+        let design = design(&files, &mut references, job)?;
+        surveys::agree(&files.spec.crs, &references, job)?;
         let ground = ground(&files, &survey);
         let site = Self {
             name: files.spec.name.clone(),
             survey_date: files.spec.survey_date.clone(),
-            design: design(&files, job)?,
+            design,
             seed: settings.seed.unwrap_or(files.spec.seed),
             folder: Some(files.folder),
             catalog,
@@ -88,6 +95,7 @@ impl Site {
             ground,
             inputs,
             input_files,
+            records,
         };
         site.check()?;
         Ok(site)
@@ -108,12 +116,14 @@ impl Site {
             inputs.insert(portable(name), entry(file).or_bad_input()?);
             input_files.push(file.to_path_buf());
         }
+        let catalog = catalogue::read(catalog, job)?;
+        let Joined { survey, records, .. } = clouds.survey(job)?;
         let site = Self {
             name: String::new(),
             survey_date: String::new(),
             folder: None,
-            catalog: catalogue::read(catalog, job)?,
-            survey: clouds.survey(job)?,
+            catalog,
+            survey,
             design: None,
             ground: None,
             review: review.map(named_review).transpose()?,
@@ -121,6 +131,7 @@ impl Site {
             seed: settings.seed.unwrap_or_default(),
             inputs,
             input_files,
+            records,
         };
         site.check()?;
         Ok(site)
@@ -142,6 +153,7 @@ impl Site {
     fn check(&self) -> Result<()> {
         pipeline::survey::check_scale(&self.survey, &self.catalog)?;
         if let Some(design) = &self.design {
+            self.check_heights(design)?;
             pipeline::survey::check_design(&self.survey, design)?;
             // Before hours of work, not after them.
             plan::check_extent(design, &self.catalog, &self.config.plan)
@@ -176,6 +188,21 @@ impl Site {
         }
     }
 
+    /// A design hundreds of metres above or below everything surveyed is another unit's or another datum's.
+    fn check_heights(&self, design: &DesignSurface) -> Result<()> {
+        let heights = || self.survey.cloud.position_m.iter().map(|p| f64::from(p.z));
+        let up_m = self.survey.frame.origin[2];
+        let low_m = up_m + heights().fold(f64::INFINITY, f64::min);
+        let high_m = up_m + heights().fold(f64::NEG_INFINITY, f64::max);
+        match design.heights_objection(low_m, high_m) {
+            None => Ok(()),
+            Some(objection) => {
+                let file = self.folder.as_deref().unwrap_or(Path::new("")).join("site.toml");
+                Err(Error::bad_input(anyhow!("{}: {objection}", file.display())))
+            }
+        }
+    }
+
     /// Where a run of this site is kept unless another folder is named.
     pub fn run_folder(&self) -> PathBuf {
         self.folder.as_deref().unwrap_or(Path::new(".")).join("run")
@@ -200,18 +227,37 @@ fn named_review(file: &Path) -> Result<Review> {
     })
 }
 
-/// The design surface of a site, checked; `None` when it has none.
-fn design(site: &io::site::Site, observer: &dyn Observer) -> Result<Option<DesignSurface>> {
-    if let (Some(file), Some(spec)) = (&site.design_file, &site.spec.design_file) {
-        let axes = site.spec.axis_order;
-        return io::design_file::read(file, spec.cell_m, axes, observer).map(Some).or_bad_input();
+/// The design surface of a site, checked; `None` when it has none. What its files say of their coordinates joins the references.
+fn design(
+    site: &io::site::Site,
+    references: &mut Vec<(String, FileCrs)>,
+    observer: &dyn Observer,
+) -> Result<Option<DesignSurface>> {
+    let spec = &site.spec;
+    if let (Some(file), Some(own)) = (&site.design_file, &spec.design_file) {
+        let options = DesignOptions {
+            cell_m: own.cell_m,
+            axis_order: spec.axis_order,
+            surface: own.surface.as_deref(),
+            unit: own.unit,
+        };
+        let read = io::design_file::read_with(file, &options, observer).or_bad_input()?;
+        references.push((file.display().to_string(), read.reference));
+        return Ok(Some(read.surface));
     }
-    let Some(design) = &site.spec.design else { return Ok(None) };
+    let Some(mut design) = spec.design.clone() else { return Ok(None) };
+    if let (Some(file), Some(own)) = (&site.alignment_file, &spec.alignment_file) {
+        let (name, axes) = (own.name.as_deref(), spec.axis_order);
+        let (points, reference) =
+            io::alignment_file::read(file, name, axes, observer).or_bad_input()?;
+        references.push((file.display().to_string(), reference));
+        design = design.along(points);
+    }
     design
         .check()
         .with_context(|| site.folder.join("site.toml").display().to_string())
         .or_bad_input()?;
-    Ok(Some(design.clone()))
+    Ok(Some(design))
 }
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.

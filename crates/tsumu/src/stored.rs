@@ -10,10 +10,10 @@ use crate::weights::WeightsOrigin;
 use crate::{Error, Result, Site};
 use anyhow::anyhow;
 use geom::Silent;
-use io::RawCloud;
 use io::blocks_csv::BlockRow;
 use io::manifest::{Entry, Manifest};
 use io::not_judged_csv::NotJudgedRow;
+use io::{RawCloud, ReadOptions};
 use pipeline::PileVerdict;
 use scene::{Catalog, Covariance, Fit, Guess, InstanceId, Recognised, Scene, SiteFrame, Verdict};
 use serde::de::DeserializeOwned;
@@ -59,8 +59,14 @@ fn cloud(file: &Path, site: &Site, needed: bool) -> Result<RawCloud> {
     if !needed && !file.exists() {
         return Ok(RawCloud::default());
     }
-    let cloud = io::points::read(file, &Silent).or_bad_input()?;
+    let mut cloud =
+        io::points::read_with(file, &ReadOptions::every_point(), &Silent).or_bad_input()?;
     let points = site.survey.cloud.len();
+    // The survey's own file comes back whole, with what was left out of the survey.
+    let own = site.records.as_ref().filter(|own| own.fit(file));
+    if let Some(own) = own.and_then(|own| own.of_survey(&cloud)) {
+        cloud = own;
+    }
     if cloud.len() != points {
         return Err(Error::bad_input(anyhow!(
             "{}: has {} points, the site's surveys {points}; run the site again",

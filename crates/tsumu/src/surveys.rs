@@ -2,11 +2,14 @@
 
 use crate::error::OrBadInput;
 use crate::local_survey::{RawSurvey, local_survey};
+use crate::own_records::OwnRecords;
 use crate::{Error, Result};
 use anyhow::anyhow;
-use geom::{DVec3, Event, Observer};
-use io::{IoError, RawCloud};
-use scene::{Area, AxisOrder, SensorKind, Survey};
+use geom::{DVec3, Event, Observer, Warning};
+use io::crs::FileCrs;
+use io::read_options::{Reason, describe};
+use io::{IoError, RawCloud, ReadOptions};
+use scene::{Area, AxisOrder, SensorKind, Severity, Survey};
 use std::path::{Path, PathBuf};
 
 /// How clouds without a site were measured.
@@ -22,78 +25,169 @@ pub struct Clouds {
     pub area: Option<Area>,
 }
 
+/// Surveys joined, and the way back to the one file they may be.
+pub(crate) struct Joined {
+    /// All of them in one local frame.
+    pub survey: Survey,
+    /// What each file says of its coordinates, by its path.
+    pub references: Vec<(String, FileCrs)>,
+    /// The points' places in their file; `None` where several files, or a kind without records, were read.
+    pub records: Option<OwnRecords>,
+}
+
 impl Clouds {
     /// All of them as one local survey; columns other than the positions and survey lines are dropped.
-    pub(crate) fn survey(&self, observer: &dyn Observer) -> Result<Survey> {
-        let mut crs = String::new();
-        let mut raw = Vec::new();
+    pub(crate) fn survey(&self, observer: &dyn Observer) -> Result<Joined> {
+        let mut parts = Parts::default();
         for file in &self.files {
-            let cloud = cloud(file, self.area.as_ref(), AxisOrder::EastNorth, observer)?;
-            if let Some(code) = &cloud.crs {
-                crs.clone_from(code);
-            }
+            let options = ReadOptions::survey();
+            let axes = AxisOrder::EastNorth;
+            let cloud = cloud(file, self.area.as_ref(), axes, &options, observer)?;
             let given = self.sensor_positions.iter().copied();
-            raw.push(raw_survey(file, cloud, self.sensor, given, 0.0));
+            let raw = RawSurvey { sensor: self.sensor, ..raw_survey(file, &cloud, given, axes) };
+            parts.add(file, cloud, raw, self.area.is_some());
         }
-        local_survey(&raw, AxisOrder::EastNorth, &crs, "").or_bad_input()
+        agree("", &parts.references, observer)?;
+        let crs = parts.references.iter().rev().find_map(|(_, crs)| crs.epsg()).unwrap_or_default();
+        parts.join(&crs, "")
     }
 }
 
 /// All surveys of a site in one local frame.
-pub(crate) fn of_site(site: &io::site::Site, observer: &dyn Observer) -> Result<Survey> {
-    let mut raw = Vec::new();
+pub(crate) fn of_site(site: &io::site::Site, observer: &dyn Observer) -> Result<Joined> {
+    let mut parts = Parts::default();
+    let (area, axes) = (site.spec.area.as_ref(), site.spec.axis_order);
     for (spec, file) in site.spec.survey.iter().zip(&site.survey_files) {
-        let cloud = cloud(file, site.spec.area.as_ref(), site.spec.axis_order, observer)?;
-        let offset_m = spec.vertical_offset_m.unwrap_or(0.0);
-        raw.push(raw_survey(file, cloud, spec.sensor, spec.sensors(), offset_m));
+        let cloud = cloud(file, area, axes, &ReadOptions::of_survey(spec), observer)?;
+        let raw = RawSurvey {
+            sensor: spec.sensor,
+            vertical_offset_m: spec.vertical_offset_m.unwrap_or(0.0),
+            ..raw_survey(file, &cloud, spec.sensors(), axes)
+        };
+        parts.add(file, cloud, raw, area.is_some());
     }
-    local_survey(&raw, site.spec.axis_order, &site.spec.crs, &site.spec.vertical_datum)
-        .or_bad_input()
+    parts.join(&site.spec.crs, &site.spec.vertical_datum)
 }
 
-/// What a file holds with what is said of it; sensor positions that are stated count before the file's own.
+/// Holds what files say of their coordinates against the site and against each other: contradictions are bad input, one line
+/// each, naming both codes; doubts are warned of.
+pub(crate) fn agree(
+    site_crs: &str,
+    references: &[(String, FileCrs)],
+    observer: &dyn Observer,
+) -> Result<()> {
+    let all = io::crs::disagreements(site_crs, references);
+    for doubt in all.iter().filter(|c| c.severity == Severity::Warning) {
+        let message = doubt.to_string();
+        observer.event(Event::Warned(Warning { stage: "read", message }));
+    }
+    let refusals = all.iter().filter(|c| c.severity == Severity::Refusal);
+    Error::of_lines(refusals.map(ToString::to_string).collect()).map_or(Ok(()), Err)
+}
+
+/// Files read so far.
+#[derive(Default)]
+struct Parts {
+    raw: Vec<RawSurvey>,
+    references: Vec<(String, FileCrs)>,
+    records: Vec<Option<OwnRecords>>,
+}
+
+impl Parts {
+    fn add(&mut self, file: &Path, cloud: RawCloud, raw: RawSurvey, partly: bool) {
+        self.references.push((raw.file.clone(), cloud.reference.clone()));
+        self.records.push(OwnRecords::of(file, &cloud, &raw, partly));
+        let (position, line) = (cloud.position, cloud.line.unwrap_or_default());
+        self.raw.push(RawSurvey { position, line, ..raw });
+    }
+
+    fn join(mut self, crs: &str, vertical_datum: &str) -> Result<Joined> {
+        let survey = local_survey(&self.raw, crs, vertical_datum).or_bad_input()?;
+        let one = self.records.len() == 1;
+        let records = self.records.pop().flatten().filter(|_| one);
+        Ok(Joined { survey, references: self.references, records })
+    }
+}
+
+/// What a file says with what is said of it, without its points; sensor positions that are stated count before the file's own.
+/// Columns that are named after the directions are not turned again.
 fn raw_survey(
     file: &Path,
-    cloud: RawCloud,
-    sensor: SensorKind,
+    cloud: &RawCloud,
     stated: impl Iterator<Item = [f64; 3]>,
-    vertical_offset_m: f64,
+    axes: AxisOrder,
 ) -> RawSurvey {
     let mut sensor_position: Vec<DVec3> = stated.map(DVec3::from_array).collect();
     if sensor_position.is_empty() {
-        sensor_position = cloud.sensor_positions;
+        sensor_position.clone_from(&cloud.sensor_positions);
     }
     RawSurvey {
         file: file.display().to_string(),
-        position: cloud.position,
-        line: cloud.line.unwrap_or_default(),
-        sensor,
+        axis_order: if cloud.named_axes { AxisOrder::EastNorth } else { axes },
         sensor_position,
-        vertical_offset_m,
+        ..RawSurvey::default()
     }
 }
 
-/// A cloud, or what of it lies in the area; of a COPC only the tiles that touch it are read.
+/// A cloud, or what of it lies in the area; of a COPC only the tiles that touch it are read. Points left out by class or flag
+/// are warned of.
 fn cloud(
     file: &Path,
     area: Option<&Area>,
     axes: AxisOrder,
+    options: &ReadOptions,
     observer: &dyn Observer,
 ) -> Result<RawCloud> {
-    let Some(area) = area else { return io::points::read(file, observer).or_bad_input() };
+    let cloud = match area {
+        None => io::points::read_with(file, options, observer).or_bad_input()?,
+        Some(area) => part(file, area, axes, options, observer)?,
+    };
+    let marked = cloud.left_out.iter().filter(|(reason, _)| **reason != Reason::Invalid);
+    let marked = marked.map(|(reason, n)| (*reason, *n)).collect();
+    let points = describe(&marked);
+    if !points.is_empty() {
+        let message = format!("{}: left out {points}", file.display());
+        observer.event(Event::Warned(Warning { stage: "read", message }));
+    }
+    Ok(cloud)
+}
+
+fn part(
+    file: &Path,
+    area: &Area,
+    axes: AxisOrder,
+    options: &ReadOptions,
+    observer: &dyn Observer,
+) -> Result<RawCloud> {
     area.check().or_bad_input()?;
-    let [low, high] = area.corners(axes);
-    let cloud = io::points::read_box(file, low, high, observer).map_err(|e| match e {
-        IoError::NoPoints { path } => Error::bad_input(anyhow!(
+    let none = || {
+        Error::bad_input(anyhow!(
             "{}: none of its points lies in the area (east {} to {}, north {} to {}); is the axis order right?",
-            path.display(),
+            file.display(),
             area.west,
             area.east,
             area.south,
             area.north
-        )),
-        e => Error::bad_input(e),
-    })?;
+        ))
+    };
+    let read = |axes: AxisOrder| {
+        let [low, high] = area.corners(axes);
+        io::points::read_box_with(file, low, high, options, observer)
+    };
+    let turned = axes != AxisOrder::EastNorth;
+    let cloud = match read(axes) {
+        // Columns named after the directions do not follow the site's order of axes: the corners were another place's.
+        Ok(cloud) if cloud.named_axes && turned => read(AxisOrder::EastNorth),
+        Err(IoError::NoPoints { .. }) if turned => match read(AxisOrder::EastNorth) {
+            Ok(cloud) if cloud.named_axes => Ok(cloud),
+            _ => return Err(none()),
+        },
+        other => other,
+    };
+    let cloud = match cloud {
+        Err(IoError::NoPoints { .. }) => return Err(none()),
+        other => other.or_bad_input()?,
+    };
     let message = format!("{}: {} points in the area", file.display(), cloud.len());
     observer.event(Event::Noted { stage: "read", message });
     Ok(cloud)

@@ -1,9 +1,12 @@
 //! One file a subcommand: its flags, and the calls they become.
 
+pub mod blocks;
+pub mod check;
 pub mod chosen;
 pub mod compare;
 pub mod completions;
 pub mod evaluate;
+pub mod init;
 pub mod man;
 pub mod measured;
 pub mod plan;

@@ -14,7 +14,7 @@ use tsumu::{
 
 /// Everything for one site: segment, recognise, plan, report.
 ///
-/// Reads SITE_DIR/site.toml and leaves a run folder with the recognised blocks, the stacking plan and
+/// Checks SITE_DIR as `tsumu check` does, reads its site.toml and leaves a run folder with the recognised blocks, the stacking plan and
 /// report.html, which opens by double click. A site without a [design] gives an inventory: all of it but the plan. A run that was interrupted goes on from its last finished part when the
 /// same command is given again, and ends as if it had not been.
 #[derive(Debug, Args)]
@@ -70,6 +70,7 @@ impl RunArgs {
 /// Runs every stage and writes every file.
 pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let options = args.options();
+    tsumu::check_first(&args.site, job)?;
     let site = Site::load_with(&args.site, &args.settings(), job)?;
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
     let whole = WholeRun::begin(&site, &out, &options, job)?;

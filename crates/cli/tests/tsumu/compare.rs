@@ -65,10 +65,10 @@ fn site(folder: &Path, toml: &str, catalog: &str, survey: &Path) {
     std::fs::copy(survey, folder.join("survey.laz")).unwrap();
 }
 
-/// Another site of the same survey, with a run of the shared one's blocks.
-fn sibling(toml: &str, catalog: &str) -> TempDir {
+/// Another site of the same survey.
+fn sibling(catalog: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    site(folder.path(), toml, catalog, &epochs().join("a/survey.laz"));
+    site(folder.path(), SITE, catalog, &epochs().join("a/survey.laz"));
     folder
 }
 
@@ -168,9 +168,7 @@ fn what_cannot_be_compared_is_named() {
     let a = epochs().join("a");
     refused(&[&a], &["two runs"]);
     refused(&[&a, Path::new("no/such")], &["no/such"]);
-    let other_crs = sibling(&SITE.replace("6679", "6678"), CATALOG);
-    refused(&[&a, other_crs.path()], &["crs"]);
-    let other_type = sibling(SITE, &CATALOG.replace("tetrapod-5t", "tetrapod-6t"));
+    let other_type = sibling(&CATALOG.replace("tetrapod-5t", "tetrapod-6t"));
     refused(&[&a, other_type.path()], &["catalogue", "tetrapod-5t", "tetrapod-6t"]);
 }
 
@@ -178,7 +176,7 @@ fn what_cannot_be_compared_is_named() {
 fn an_unfinished_run_and_one_of_another_survey_are_named() {
     let a = epochs().join("a");
     let copied = |name: &str| -> (TempDir, PathBuf) {
-        let folder = sibling(SITE, CATALOG);
+        let folder = sibling(CATALOG);
         let run = folder.path().join("run");
         for (file, bytes) in files(&a.join("run")) {
             let to = run.join(file);
@@ -200,18 +198,27 @@ fn an_unfinished_run_and_one_of_another_survey_are_named() {
     refused(&[&a, empty.path()], &["no block was recognised"]);
 }
 
-#[test]
-fn surveys_apart_are_named() {
+/// A site without a run at another place, or in another CRS.
+fn elsewhere(crs: &str, origin: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let far = folder.path().join("far");
-    let out = text(&far);
+    let out = text(folder.path());
     let [recipe, catalog] = ["recipe.toml", "catalog.toml"].map(|n| text(&shared().join(n)));
-    let line = ["synth", &recipe, "--catalog", &catalog, "--site-crs", "EPSG:6679"];
-    let place = ["--site-origin", "42250,-98760,1.5", "--out", &out];
-    ok(&[&line[..], &place].concat());
-    std::fs::write(far.join("site.toml"), SITE.split("[design]").next().unwrap()).unwrap();
-    std::fs::write(far.join("catalog.toml"), CATALOG).unwrap();
-    refused(&[&epochs().join("a"), &far], &["do not overlap"]);
+    let line = ["synth", &recipe, "--catalog", &catalog, "--site-crs", crs];
+    ok(&[&line[..], &["--site-origin", origin, "--out", &out]].concat());
+    let toml = SITE.split("[design]").next().unwrap().replace("EPSG:6679", crs);
+    std::fs::write(folder.path().join("site.toml"), toml).unwrap();
+    std::fs::write(folder.path().join("catalog.toml"), CATALOG).unwrap();
+    folder
+}
+
+#[test]
+fn surveys_apart_and_in_other_coordinates_are_named() {
+    let a = epochs().join("a");
+    refused(&[&a, elsewhere("EPSG:6679", "42250,-98760,1.5").path()], &["do not overlap"]);
+    refused(
+        &[&a, elsewhere("EPSG:6678", "41250,-98760,1.5").path()],
+        &["EPSG:6679", "EPSG:6678", "transform"],
+    );
 }
 
 #[test]

@@ -2,7 +2,10 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 15] = [
+    "init",
+    "blocks",
+    "check",
     "run",
     "segment",
     "recognise",

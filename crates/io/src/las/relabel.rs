@@ -163,7 +163,11 @@ impl Frame {
             return Err(IoError::unsupported(input.path, what));
         }
         vlr_record(&mut vlrs, "LASF_Spec", 4, &descriptors);
-        if new_heights && let Some(code) = header.summary.reference.horizontal {
+        let own = &header.summary.reference;
+        let code = if new_heights { own.horizontal } else { None };
+        // A file that says nothing of its system gets the site's.
+        let code = code.or(if own.is_unstated() { to_site.epsg } else { None });
+        if let Some(code) = code {
             let text = crs::wkt_of_epsg(code);
             let encoding = u16_at(&head, 6) & !0x10 | if text.is_some() { 0x10 } else { 0 };
             head[6..8].copy_from_slice(&encoding.to_le_bytes());

@@ -193,7 +193,8 @@ fn labelled_las_lies_in_site_coordinates() {
     let source = written(folder.path(), "a.las", &las.bytes(&records));
     let found = columns(20);
     let record: Vec<u32> = (10..30).collect();
-    let to_site = SiteFromFile { swap: true, height_factor: 0.3048, vertical_offset_m: 1.5 };
+    let to_site =
+        SiteFromFile { swap: true, height_factor: 0.3048, vertical_offset_m: 1.5, epsg: None };
     let out = folder.path().join("b.laz");
     relabel::write(&out, &source, &labels(&record, &found), &to_site, Records::Labelled).unwrap();
     let back = points::read(&out, &Silent).unwrap();

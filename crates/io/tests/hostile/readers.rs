@@ -77,7 +77,8 @@ fn relabelled(kind: &str, bytes: &[u8]) -> Result<(), IoError> {
         model: &[1, 1, 1],
         confidence: &[0.5; 3],
     };
-    let to_site = SiteFromFile { swap: true, height_factor: 0.3048, vertical_offset_m: 1.0 };
+    let to_site =
+        SiteFromFile { swap: true, height_factor: 0.3048, vertical_offset_m: 1.0, epsg: None };
     let out = folder.path().join(format!("out.hostile.{kind}"));
     io::relabel::write(&out, &source, &labels, &to_site, Records::All)
 }

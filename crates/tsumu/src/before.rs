@@ -1,0 +1,61 @@
+//! Before a run: a site looked at, all complaints at once; and a first site from surveys alone.
+
+use crate::{Error, Job, Result};
+use anyhow::{Context, anyhow};
+use geom::{Event, Observer, Warning};
+use preflight::{FirstSite, InitError, Preflight};
+use scene::Severity;
+use std::path::{Path, PathBuf};
+
+/// Doubts that reading the site says again.
+const SAID_WHEN_READ: [&str; 4] = ["block", "strays", "crs-not-used", "vertical-differs"];
+
+/// Looks at a site folder without computing anything: every complaint, and whether an answer can be given.
+pub fn check(folder: &Path, job: &Job) -> Preflight {
+    job.install(|| preflight::check(folder, job))
+}
+
+/// The same as the first part of a run: doubts are warned of. Error: no answer can be given; every reason is a line of it.
+pub fn check_first(folder: &Path, job: &Job) -> Result<()> {
+    let found = check(folder, job);
+    let cannot = cannot(&found);
+    let doubts = found.complaints.iter().filter(|c| c.severity == Severity::Warning);
+    // A site that goes on to be read warns of some itself.
+    for doubt in doubts.filter(|c| cannot.is_some() || !SAID_WHEN_READ.contains(&c.code)) {
+        let message = doubt.to_string();
+        job.event(Event::Warned(Warning { stage: "check", message }));
+    }
+    cannot.map_or(Ok(()), Err)
+}
+
+/// The error of a site that cannot be answered, a line for each reason; `None` for one that can.
+pub fn cannot(found: &Preflight) -> Option<Error> {
+    Error::of_lines(found.because.clone())
+}
+
+/// Writes `site.toml` and `catalog.toml` of a first site into `folder`: everything that the surveys say, guesses marked as such.
+/// Errors: a survey cannot be read, no such block, the folder has a site already.
+pub fn init(
+    surveys: &[PathBuf],
+    block: Option<&str>,
+    folder: &Path,
+    job: &Job,
+) -> Result<FirstSite> {
+    let files = ["site.toml", "catalog.toml"].map(|name| folder.join(name));
+    if let Some(file) = files.iter().find(|file| file.exists()) {
+        return Err(Error::bad_input(anyhow!(
+            "{}: is there already and stays as it is; choose another folder with --out",
+            file.display()
+        )));
+    }
+    let made = job.install(|| preflight::first_site(surveys, block, folder));
+    let made = made.map_err(|e| match e {
+        InitError::Survey(e) => Error::bad_input(e),
+        InitError::Refused(_) => Error::bad_input(e),
+    })?;
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    for (file, text) in files.iter().zip([&made.site_toml, &made.catalog_toml]) {
+        io::atomic::write_bytes(file, text.as_bytes())?;
+    }
+    Ok(made)
+}
