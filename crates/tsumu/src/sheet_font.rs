@@ -31,7 +31,7 @@ pub(crate) fn japanese() -> Option<SheetFont> {
 fn first_of(folders: &[impl AsRef<Path>]) -> Option<SheetFont> {
     let there =
         |name: &&str| folders.iter().find_map(|f| std::fs::read(f.as_ref().join(name)).ok());
-    let data = FILES.iter().find_map(|name| there(&name))?;
+    let data = FILES.iter().find_map(there)?;
     Some(SheetFont { data, index: 0 })
 }
 

@@ -33,10 +33,14 @@ fn collect(value: &Value, out: &mut Vec<Vec<[f64; 2]>>) -> anyhow::Result<()> {
         }
         Some("GeometryCollection") => list("geometries").iter().try_for_each(|g| collect(g, out)),
         Some("Feature") => collect(&value["geometry"], out),
-        Some("Polygon") => Ok(out.push(ring(&value["coordinates"][0])?)),
-        Some("MultiPolygon") => {
-            list("coordinates").iter().try_for_each(|p| Ok(out.push(ring(&p[0])?)))
+        Some("Polygon") => {
+            out.push(ring(&value["coordinates"][0])?);
+            Ok(())
         }
+        Some("MultiPolygon") => list("coordinates").iter().try_for_each(|p| {
+            out.push(ring(&p[0])?);
+            Ok(())
+        }),
         _ => Ok(()),
     }
 }
