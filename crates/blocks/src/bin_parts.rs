@@ -150,7 +150,8 @@ mod tests {
     use crate::symmetry::{SymmetryConfig, find_symmetry};
     use geom::union_volume_m3;
 
-    const PARTS: [(&str, fn(f32) -> Ingredients); 5] = [
+    type Make = fn(f32) -> Ingredients;
+    const PARTS: [(&str, Make); 5] = [
         ("eye bolt", eye_bolt),
         ("gear shaft", gear_shaft),
         ("holed plate", holed_plate),

@@ -257,6 +257,7 @@ fn planned_blocks(
 }
 
 /// A planned block nobody recognised: seen through, it is not placed; covered or not surveyed, nobody can say.
+#[allow(clippy::too_many_arguments)] // each is one of the stage's own values
 fn look_for_missing(
     blocks: &mut [BuiltBlock],
     plan: &Plan,

@@ -46,7 +46,7 @@ pub fn train(
     let training: Training<'_, PeerNetwork> =
         Training::begin::<PeerError>(network, schedule, &checkpoint, device, observer)?;
     let lessons = Lessons { config, scenes, seed };
-    let outcome = training.run(&lessons, |step| Ok(step))?;
+    let outcome = training.run(&lessons, Ok)?;
     let network = outcome.network.valid().to_device(&Device::flex());
     Ok((Peer { config: config.clone(), network }, outcome.steps))
 }

@@ -308,9 +308,12 @@ impl PlanConfig {
     }
 }
 
+/// One of the settings that is a count.
+type Count = fn(&Settings) -> u32;
+
 /// Counts that multiply work, with the most of each: ten and more times what any measured plan gained from. Beyond lies a slip
 /// of the keyboard that would run for years or ask for all memory.
-const MOST: [(&str, fn(&Settings) -> u32, u32); 7] = [
+const MOST: [(&str, Count, u32); 7] = [
     ("rounds", |s| s.rounds, 1_000),
     ("random.drops", |s| s.random.drops, 10_000),
     ("search.attitudes", |s| s.search.attitudes, 10_000),

@@ -49,6 +49,7 @@ pub struct Context<'a> {
 
 impl<'a> Context<'a> {
     /// `points`: survey points of each block.
+    #[allow(clippy::too_many_arguments)] // each is one of the stage's own values
     pub fn new(
         survey: &Survey,
         blocks: &'a [Accepted],

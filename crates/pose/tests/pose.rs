@@ -156,8 +156,8 @@ fn land_and_steps_hold_no_block() {
     let steps = |x: f32, y: f32| 0.6 * (x / 1.7).floor() + 0.4 * (y / 2.3).floor();
     // Cubes on steps are not asked: a corner of a step is a corner of a cube, and some are stated (ADR 0086).
     let (tetrapod, cube) = (Shape::Tetrapod { size: 2.0 }, Shape::Cube { size: 1.5 });
-    let asked: [(&dyn Fn(f32, f32) -> f32, &[Shape]); 2] =
-        [(&hills, &[tetrapod, cube]), (&steps, &[tetrapod])];
+    type Heights<'h> = &'h dyn Fn(f32, f32) -> f32;
+    let asked: [(Heights, &[Shape]); 2] = [(&hills, &[tetrapod, cube]), (&steps, &[tetrapod])];
     for (height, shapes) in asked {
         let points = (0..110 * 110).map(|i| {
             let (x, y) = at(i);

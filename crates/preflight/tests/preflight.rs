@@ -111,7 +111,8 @@ fn a_first_site_from_a_survey_alone_can_be_answered() {
     for (place, inside) in [(folder.path(), true), (elsewhere.path(), false)] {
         let survey = place.join("survey 1.laz");
         io::points::write(&survey, &cloud(heap(DVec3::ZERO), "EPSG:6679")).unwrap();
-        let first = first_site(&[survey.clone()], Some("tetrapod 2m"), folder.path()).unwrap();
+        let first =
+            first_site(std::slice::from_ref(&survey), Some("tetrapod 2m"), folder.path()).unwrap();
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
         write("site.toml", &first.site_toml);
         write("catalog.toml", &first.catalog_toml);

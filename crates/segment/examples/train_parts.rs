@@ -95,7 +95,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let node = root.child(if split == Split::Train { "train" } else { "held out" }, index);
         let (recipe, catalog) = &parts[(index % parts.len() as u64) as usize];
         let mut recipe = recipe.clone();
-        recipe.bin.measured = !fpcc && index / parts.len() as u64 % 2 == 0;
+        recipe.bin.measured = !fpcc && (index / parts.len() as u64).is_multiple_of(2);
         let start = Instant::now();
         let scene = pool.install(|| labelled(&recipe, catalog, node));
         if index < 12 {

@@ -6,7 +6,7 @@ use super::epsg::Entry::{self, Depth, Feet, Geocentric, Geographic, Height};
 
 /// First and last code of a run and what they mean, in order.
 #[rustfmt::skip]
-pub(super) const RUNS: [(u32, u32, Entry); 1117] = [
+pub(super) static RUNS: [(u32, u32, Entry); 1117] = [
     (2066, 2066, Feet(0.201166195164)), (2136, 2136, Feet(0.3047997101815088)),
     (2155, 2155, Feet(0.30480060960121924)), (2159, 2160, Feet(0.3047997101815088)),
     (2194, 2194, Feet(0.30480060960121924)), (2204, 2204, Feet(0.30480060960121924)),

@@ -85,10 +85,10 @@ impl GeoKeys {
             crs.kind = CrsKind::Geocentric;
         }
         // Some writers put 5001 to 5099 here (ellipsoidal heights of GeoTIFF 1.0): they are no code of the register.
-        if let Some(code) = code(VERTICAL).filter(|c| !(5001..=5099).contains(c)) {
-            if matches!(epsg::meaning(code), epsg::Meaning::Vertical { .. }) {
-                crs.take_code(code);
-            }
+        if let Some(code) = code(VERTICAL).filter(|c| !(5001..=5099).contains(c))
+            && matches!(epsg::meaning(code), epsg::Meaning::Vertical { .. })
+        {
+            crs.take_code(code);
         }
         crs
     }

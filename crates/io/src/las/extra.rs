@@ -100,7 +100,8 @@ pub(super) fn without_labels(
     base: usize,
     record_bytes: usize,
 ) -> (Vec<std::ops::Range<usize>>, Vec<u8>) {
-    let (mut kept, mut out, mut at) = (vec![0..base], Vec::new(), base);
+    let (mut kept, mut out, mut at) = (Vec::new(), Vec::new(), base);
+    kept.push(0..base);
     for d in descriptors.chunks_exact(DESCRIPTOR) {
         let size = Dimension::size(d[2], d[3]);
         if at + size > record_bytes {

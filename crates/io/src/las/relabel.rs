@@ -82,12 +82,11 @@ pub fn relabel(
     }
 }
 
+/// Takes raw records, with the number of the first.
+type Sink<'s> = dyn FnMut(u64, &[u8]) -> Result<(), IoError> + 's;
+
 /// Raw records of the whole file in their order, with the number of the first.
-fn feed(
-    input: &mut Input,
-    header: &Header,
-    sink: &mut dyn FnMut(u64, &[u8]) -> Result<(), IoError>,
-) -> Result<(), IoError> {
+fn feed(input: &mut Input, header: &Header, sink: &mut Sink) -> Result<(), IoError> {
     let chunks = match &header.laz {
         Some(vlr) => Some(chunks::table(input, header, vlr)?),
         None => None,

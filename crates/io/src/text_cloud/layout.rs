@@ -171,7 +171,7 @@ fn commas_only_separate(lines: &[&str], layout: &Layout) -> Result<(), String> {
     let whole = |w: &Cow<str>| w.parse::<i64>().is_ok();
     let halves = |l: &&str| {
         let words = layout.split(l);
-        words.len() >= 6 && words.len() % 2 == 0 && words.iter().all(whole)
+        words.len() >= 6 && words.len().is_multiple_of(2) && words.iter().all(whole)
     };
     if lines.len() < 2 || !lines.iter().all(halves) {
         return Ok(());

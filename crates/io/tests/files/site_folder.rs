@@ -150,7 +150,7 @@ fn surveys_may_lie_anywhere() {
     let far = other.path().join("far.laz");
     let folder = folder(&SITE.replace("survey.laz", &far.display().to_string()), CATALOG);
     let site = site::load(folder.path()).unwrap();
-    assert_eq!(site.survey_files, [far.clone()]);
+    assert_eq!(site.survey_files, std::slice::from_ref(&far));
     assert!(site.inputs().contains(&far));
     assert_eq!(io::manifest::portable(&far), far.display().to_string());
     let up = SITE.replace("survey.laz", "../survey.laz");

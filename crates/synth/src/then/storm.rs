@@ -113,7 +113,7 @@ fn start(
             broken = Some(cut(model, lost_leg, &mut rng));
         }
         What::Rolled if model.symmetry.order() > 1 => {
-            pose = pose * model.symmetry.element(rng.random_range(1..model.symmetry.order()));
+            pose *= model.symmetry.element(rng.random_range(1..model.symmetry.order()));
         }
         _ => {}
     }
