@@ -27,7 +27,6 @@ pub enum Verdict {
 /// What is known of a block that is not judged.
 #[expect(clippy::large_enum_variant, reason = "blocks are few, and a place alone is the exception")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[allow(clippy::large_enum_variant)] // few of them, and a place alone is rare
 pub enum Guess {
     /// The likeliest pose and type.
     Fit(Fit),
