@@ -214,7 +214,7 @@ fn what_is_wrong_is_named() {
     assert!(fails(vec![spec(cube, None, None), spec(cube, None, None)]).contains("twice"));
     assert!(
         fails(vec![spec(Some(Shape::Dolos { size: f32::NAN }), None, None)])
-            .contains("not a positive length")
+            .contains("not between 1 mm and 100 m")
     );
 
     let mut open = shape(Shape::Cube { size: 1.0 }).mesh;

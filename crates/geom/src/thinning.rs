@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn nothing_and_what_is_no_place() {
         assert_eq!(thin(&[], 0.1, Vec3::ZERO), Thinned::default());
-        let points = [Vec3::X, Vec3::NAN, Vec3::X * 1.01, Vec3::Y];
+        let points = [Vec3::X * 1.04, Vec3::NAN, Vec3::X * 1.06, Vec3::Y];
         for thinned in [thin(&points, 0.1, Vec3::ZERO), thin_from_lowest(&points, 0.1)] {
             assert_eq!(thinned.kept.len(), 2);
             assert_eq!(thinned.cell_of_point[1], u32::MAX);

@@ -19,6 +19,10 @@ const FACING: f32 = 0.9;
 const LONG_SHARE: f32 = 0.4;
 /// Normals are those of neighbours this near, in units of the smallest d_max.
 const NORMAL_RADIUS: f32 = 0.12;
+/// A wall has at most this share of the points behind it: what multiple reflections and edges put there.
+const BEHIND: f32 = 0.02;
+/// With less left than this share there would be nothing to recognise. Free choice: bins seen hold a fifth and more of the points.
+const FEWEST_LEFT: f32 = 0.03;
 /// When a bin takes more than this share of the points, a person should know.
 const MUCH: f32 = 0.3;
 
@@ -121,11 +125,20 @@ impl<'a> Foreground<'a> {
         let radius_m = NORMAL_RADIUS * smallest_m;
         let normals = geom::normals(points, radius_m, &|_| Vec3::Z);
         walls.retain(|wall| is_wall(wall, points, &normals, thickness_m, largest_m));
+        // Nothing is seen through a bin: a plane with points behind it is the parts' own.
+        let behind = |wall: &Plane| {
+            points.iter().filter(|&&p| wall.distance_m(p) < -3.0 * thickness_m).count() as f32
+        };
+        walls.retain(|wall| behind(wall) <= BEHIND * whole as f32);
         if walls.is_empty() {
             return everything();
         }
         let inside = |p: Vec3| walls.iter().all(|wall| wall.distance_m(p) > thickness_m);
         let index: Vec<u32> = (0..whole as u32).filter(|&i| inside(points[i as usize])).collect();
+        if (index.len() as f32) < FEWEST_LEFT * whole as f32 {
+            // A scan of an empty bin is no scan: what all points lie on are the parts.
+            return everything();
+        }
         observer.event(Event::Noted {
             stage: "segment",
             message: format!(

@@ -39,7 +39,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
             written("a.tif", &|p| io::geotiff::write(p, &sample::raster(), "EPSG:6679").unwrap()),
         ),
         ("xml", io::landxml::text("a", "EPSG:6679", &[sample::surface("design")]).into_bytes()),
-        ("dxf", io::dxf::text(&sample::sample().drawing()).into_bytes()),
+        // Our own drawing has its faces on frozen layers, which no reader takes for a design.
+        ("alignment.dxf", io::dxf::text(&sample::sample().drawing()).into_bytes()),
         ("blocks.csv", BLOCKS.into()),
         ("placements.csv", PLACEMENTS.into()),
         ("site.toml", SITE.into()),
