@@ -67,7 +67,7 @@ pub fn recognised(summary: &RecogniseSummary, terminal: &Terminal) {
 /// What a survey in which nothing was recognised gets instead of a count.
 pub fn nothing_recognised(summary: &RecogniseSummary) -> String {
     format!(
-        "no block of the catalogue was recognised in {} points, so no count is stated and nothing is planned; check catalogue, size and unit (`tsumu blocks fit`), or say --bare-ground to plan on what was surveyed",
+        "no block of the catalogue was recognised in {} points, so no count is stated and nothing is planned; check catalogue, size and unit, or say --bare-ground to plan on what was surveyed",
         summary.points
     )
 }
