@@ -3,7 +3,7 @@
 use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
-    Compared, CountRange, PlannedSummary, Preflight, RecogniseSummary, Recognition, Scores,
+    BlockFit, Compared, CountRange, PlannedSummary, Preflight, RecogniseSummary, Recognition, Scores,
 };
 
 fn percent(value: Option<f64>) -> String {
@@ -37,6 +37,41 @@ pub fn checked(found: &Preflight, terminal: &Terminal) {
         1 => "cannot be answered, because:".to_string(),
         n => format!("cannot be answered, because of {n} things:"),
     });
+}
+
+/// Shapes and sizes that fit a survey, and what to write in the catalogue.
+pub fn fitted(found: &[BlockFit], terminal: &Terminal) {
+    let Some(best) = found.first() else { return };
+    terminal.say(format!(
+        "{:<18}{:>17}{:>11}{:>8}  {}",
+        "block", "size m", "explains", "found", "nearest"
+    ));
+    for fit in found {
+        let beside = match (fit.catalogue_m, &fit.nominal, fit.nominal_m) {
+            (Some(catalogue_m), _, _) => format!("the catalogue says {catalogue_m:.3} m"),
+            (None, Some(name), Some(m)) => {
+                format!("{name} of {m:.3} m ({:+.1} %)", 100.0 * (m / fit.size_m - 1.0))
+            }
+            _ => String::new(),
+        };
+        terminal.say(format!(
+            "{:<18}{:>17}{:>11}{:>8}  {beside}",
+            fit.block,
+            format!("{:.3} ± {:.3}", fit.size_m, fit.size_sd_m),
+            format!("{:.0} %", 100.0 * fit.explained),
+            fit.found
+        ));
+    }
+    match best.catalogue_m {
+        None => terminal.say(format!(
+            "best: shape = \"{} {:.2}m\" in catalog.toml; hold it against the drawings",
+            best.block, best.size_m
+        )),
+        Some(catalogue_m) => terminal.say(format!(
+            "best: `{}` fits {:.2} ± {:.2} m; the catalogue says {catalogue_m:.2}",
+            best.block, best.size_m, best.size_sd_m
+        )),
+    }
 }
 
 /// What a review did.

@@ -5,6 +5,7 @@
 
 mod error;
 mod recogniser;
+pub mod sizes;
 pub mod survey;
 
 pub use error::PipelineError;

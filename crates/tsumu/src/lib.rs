@@ -12,6 +12,7 @@
 //! ```
 
 mod before;
+mod block_size;
 mod catalogue;
 mod comparison;
 mod dataset;
@@ -44,6 +45,7 @@ mod weights;
 mod whole_run;
 
 pub use before::{cannot, check, check_first, init};
+pub use block_size::{BlockFit, FitOptions, fit_blocks};
 pub use catalogue::{RecipeInputs, read_recipe};
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
