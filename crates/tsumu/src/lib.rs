@@ -12,6 +12,7 @@
 //! ```
 
 mod before;
+mod block_look;
 mod block_size;
 mod catalogue;
 mod comparison;
@@ -34,6 +35,7 @@ mod review_matching;
 mod run;
 mod run_folder;
 mod settings;
+mod self_check;
 mod sheet_font;
 mod site;
 mod stored;
@@ -55,11 +57,12 @@ pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
 pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
 pub use job::{Cancel, Job};
+pub use metrics::{Repeatability, Split};
 pub use labelled::check_labelled;
 pub use outputs::json_value;
 pub use page::Page;
 pub use planning::{PlanOptions, Planned, kept_of};
-pub use preflight::{FirstSite, Preflight};
+pub use preflight::{FirstSite, Preflight, SurveyLook};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};

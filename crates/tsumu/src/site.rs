@@ -78,7 +78,8 @@ impl Site {
         }
         let review = io::review::read(&review_file).or_bad_input()?;
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
-        let Joined { survey, mut references, records } = surveys::of_site(&files, job)?;
+        let Joined { survey, mut references, steps_m, records } = surveys::of_site(&files, job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
         let ground = ground(&files, &survey);
@@ -117,7 +118,8 @@ impl Site {
             input_files.push(file.to_path_buf());
         }
         let catalog = catalogue::read(catalog, job)?;
-        let Joined { survey, records, .. } = clouds.survey(job)?;
+        let Joined { survey, steps_m, records, .. } = clouds.survey(job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let site = Self {
             name: String::new(),
             survey_date: String::new(),

@@ -47,6 +47,9 @@ pub struct RunArgs {
     /// Plan also where no block was recognised: on the surveyed ground
     #[arg(long)]
     pub bare_ground: bool,
+    /// Also recognise both halves of the surveys and tell how far they agree: repeatability without truth
+    #[arg(long)]
+    pub self_check: bool,
 }
 
 impl RunArgs {
@@ -61,7 +64,10 @@ impl RunArgs {
 
     fn options(&self) -> RunOptions {
         RunOptions {
-            recognise: RecogniseOptions { weights: self.model.clone() },
+            recognise: RecogniseOptions {
+                weights: self.model.clone(),
+                self_check: self.self_check,
+            },
             plan: PlanOptions { proposer: self.placement_model.clone(), previous: None },
         }
     }

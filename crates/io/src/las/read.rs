@@ -9,6 +9,7 @@ use crate::read_options::{LeftOut, OVERLAP, ReadOptions};
 use crate::{IoError, Place};
 use geom::DVec3;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Points handed on at once, when they are not long.
 const BATCH: u64 = 65_536;
@@ -35,10 +36,13 @@ pub fn stream_with(
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
     let header = header::read(input)?;
-    let mut left_out = LeftOut::new();
+    let (mut left_out, mut classes) = (LeftOut::new(), BTreeMap::new());
     let mut counting = |batch: RawCloud| {
         for (reason, n) in &batch.left_out {
             *left_out.entry(*reason).or_default() += n;
+        }
+        for (class, n) in &batch.classes {
+            *classes.entry(*class).or_default() += n;
         }
         if batch.is_empty() { Ok(()) } else { sink(batch) }
     };
@@ -52,7 +56,7 @@ pub fn stream_with(
             stream_records(input, &header, Some((&chunks, &firsts)), &decode, &mut counting)?;
         }
     }
-    Ok(RawCloud { left_out, ..meta(header.summary) })
+    Ok(RawCloud { left_out, classes, ..meta(header.summary) })
 }
 
 /// Number of the first point of each chunk.
@@ -212,13 +216,17 @@ pub(super) fn decode_records(
     let coordinate = |r: &[u8], at: usize| f64::from(header::u32_at(r, at) as i32);
     let mut batch = RawCloud::default();
     let mut kept = Vec::with_capacity(records.len() / size);
+    let mut classes = [0_u64; 256];
     for (i, record) in records.chunks_exact(size).enumerate() {
         let (class, flags) = marks(record, format);
+        classes[usize::from(class)] += 1;
         match options.leave_out.reason(class, flags) {
             Some(reason) => *batch.left_out.entry(reason).or_default() += 1,
             None => kept.push((i, record)),
         }
     }
+    let met = (0..=255).zip(classes).filter(|(_, n)| *n > 0);
+    batch.classes = met.collect();
     let of = |&(_, r): &(usize, &[u8])| {
         DVec3::new(coordinate(r, 0), coordinate(r, 4), coordinate(r, 8)) * scale + offset
     };
