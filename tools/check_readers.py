@@ -204,7 +204,7 @@ def no_value_largest_float(f):
     return no_value(f, "-3.4028234663852886e+38")
 
 
-@case(refused("deg"))
+@case(refused("latitude"))
 def degrees_by_name(f):
     return text(f, "a.csv", ["lon,lat,height", *(f"{140 + (e - EAST) / 9e4:.8f},{41 + (n - NORTH) / 1.1e5:.8f},{z:.3f}" for e, n, z in POINTS)])
 
@@ -214,8 +214,13 @@ def degrees_without_names(f):
     return text(f, "a.xyz", [f"{140 + (e - EAST) / 9e4:.8f} {41 + (n - NORTH) / 1.1e5:.8f} {z:.3f}" for e, n, z in POINTS])
 
 
-@case(also(as_meant(), "depth"))
+@case(also(as_meant(POINTS - [0, 0, 10]), "depth"))
 def depths_counted_downwards(f):
+    return text(f, "a.csv", ["easting,northing,depth", *(f"{e:.3f},{n:.3f},{10 - z:.3f}" for e, n, z in POINTS)])
+
+
+@case(refused("depth"))
+def depths_that_may_be_heights(f):
     return text(f, "a.csv", ["easting,northing,depth", *(f"{e:.3f},{n:.3f},{-z:.3f}" for e, n, z in POINTS)])
 
 
@@ -238,6 +243,43 @@ def columns_after_others(f):
 def numpy_exponents(f):
     np.savetxt(f / "a.txt", POINTS, header="x y z", fmt="%.12e")
     return "a.txt"
+
+
+@case(as_meant())
+def names_in_capitals_with_blanks(f):
+    return text(f, "a.csv", [" EASTING , NORTHING , ELEV ", *(f" {e:.3f} , {n:.3f} , {z:.3f} " for e, n, z in POINTS)])
+
+
+@case(as_meant(), axes="north-east")
+def x_is_north_when_the_site_says_so(f):
+    return text(f, "a.csv", ["x,y,z", *(f"{n:.3f},{e:.3f},{z:.3f}" for e, n, z in POINTS)])
+
+
+@case(as_meant(), axes="north-east")
+def japanese_full_width_names(f):
+    return text(f, "a.csv", ["測点，Ｘ，Ｙ，標高".replace("，", ","), *(f"T{i},{n:.3f},{e:.3f},{z:.3f}" for i, (e, n, z) in enumerate(POINTS))])
+
+
+@case(as_meant())
+def semicolon_with_points_and_percent_comment(f):
+    return text(f, "a.txt", ["% scanner 3", "% x;y;z", *(";".join(f"{v:.3f}" for v in p) for p in POINTS)])
+
+
+@case(either(as_meant(), refused("nowhere on earth")))
+def intensity_before_the_coordinates(f):
+    return text(f, "a.txt", [f"{i % 90} {e:.3f} {n:.3f} {z:.3f}" for i, (e, n, z) in enumerate(POINTS)])
+
+
+@case(refused("line 4"))
+def a_line_that_ends_early(f):
+    lines = [f"{e:.3f},{n:.3f},{z:.3f}" for e, n, z in POINTS]
+    lines[2] = lines[2].rsplit(",", 1)[0]
+    return text(f, "a.csv", ["x,y,z", *lines])
+
+
+@case(refused("a.csv"))
+def two_columns_only(f):
+    return text(f, "a.csv", ["x,y", *(f"{e:.3f},{n:.3f}" for e, n, z in POINTS)])
 
 
 # ---- LAS
@@ -367,6 +409,43 @@ def strays_at_zero_and_20_km(f):
     return las(f, np.vstack([POINTS, [[0, 0, 0], [EAST + 20_000, NORTH, 2], [EAST, NORTH, 900]]]))
 
 
+@case(also(as_meant(), "water"))
+def water_of_format_1(f):
+    points = np.vstack([POINTS, POINTS[:500] * [1, 1, 0] + [0, 0, -6]])
+    return las(f, points, point_format=1, change=lambda d: d.__setattr__("classification", np.r_[np.zeros(len(POINTS)), np.full(500, 9)].astype(np.uint8)))
+
+
+@case(as_meant())
+def las_box_of_the_header_is_wrong(f):
+    name = las(f, name="a.las")
+    raw = bytearray((f / name).read_bytes())
+    raw[179:227] = struct.pack("<6d", 9, 8, 7, 6, 5, 4)
+    (f / name).write_bytes(bytes(raw))
+    return name
+
+
+@case(either(as_meant(), refused("a.las")))
+def las_header_counts_too_many(f):
+    name = las(f, name="a.las", point_format=3)
+    raw = bytearray((f / name).read_bytes())
+    raw[107:111] = struct.pack("<I", len(POINTS) + 1000)
+    (f / name).write_bytes(bytes(raw))
+    return name
+
+
+WKT2 = 'COMPOUNDCRS["x",PROJCRS["JGD2011 / Japan Plane Rectangular CS XI",BASEGEOGCRS["JGD2011",DATUM["JGD2011",ELLIPSOID["GRS 1980",6378137,298.257222101]]],CONVERSION["XI",METHOD["Transverse Mercator"]],CS[Cartesian,2],AXIS["northing (X)",north],AXIS["easting (Y)",east],LENGTHUNIT["metre",1],ID["EPSG",6679]],VERTCRS["JGD2011 (vertical) height",VDATUM["x"],CS[vertical,1],AXIS["height",up],LENGTHUNIT["{unit}",{metres}],ID["EPSG",6695]]]'
+
+
+@case(as_meant())
+def compound_wkt_2(f):
+    return las(f, wkt=WKT2.format(unit="metre", metres=1))
+
+
+@case(also(as_meant(), "foot"))
+def compound_wkt_2_with_heights_in_feet(f):
+    return las(f, POINTS / [1, 1, 0.3048], wkt=WKT2.format(unit="foot", metres=0.3048))
+
+
 # ---- PLY, PCD, E57
 
 def ply(folder, fields, text=False, order="<", comments=()):
@@ -431,6 +510,17 @@ def e57_turned_by_a_quarter(f):
     local = POINTS - [EAST, NORTH, 0]
     half = np.sqrt(0.5)
     return e57(f, [EAST, NORTH, 0.0], np.column_stack([local[:, 1], -local[:, 0], local[:, 2]]), [half, 0, 0, half])
+
+
+@case(as_meant())
+def e57_two_scans_of_one_site(f):
+    writer = pye57.E57(str(f / "a.e57"), mode="w")
+    for part, shift in ((POINTS[::2], [EAST, NORTH, 0.0]), (POINTS[1::2], [EAST + 3, NORTH, 1.0])):
+        local = part - shift
+        data = {"cartesianX": local[:, 0], "cartesianY": local[:, 1], "cartesianZ": local[:, 2]}
+        writer.write_scan_raw(data, rotation=np.array([1.0, 0, 0, 0]), translation=np.array(shift))
+    writer.close()
+    return "a.e57"
 
 
 # ---- designs
@@ -524,6 +614,43 @@ def tif_geographic(f):
 @case(refused("height"))
 def tif_of_another_height(f):
     return tif(f, np.full((32, 32), 340.0, np.float32))
+
+
+@case(design_at())
+def tif_big_endian_int16_whole_metres_by_scale(f):
+    return tif(f, np.full((32, 32), 34, np.int16), scale=0.1, ENDIANNESS="BIG")
+
+
+@case(either(design_at(), refused("mask")))
+def tif_with_a_mask(f):
+    values = np.full((32, 32), LEVEL, np.float32)
+    values[:8] = 900
+    made = tif(f, values)
+    with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True), rasterio.open(f / "d.tif", "r+") as out:
+        mask = np.full((32, 32), 255, np.uint8)
+        mask[:8] = 0
+        out.write_mask(mask)
+    return made
+
+
+@case(either(design_at(), refused("band")))
+def tif_of_two_bands(f):
+    made = with_design(f, "d.tif", "")
+    profile = {"driver": "GTiff", "height": 32, "width": 32, "count": 2, "dtype": "float32", "crs": "EPSG:6679", "transform": from_origin(EAST - 4, NORTH + 4, 0.25, 0.25)}
+    with rasterio.open(f / "d.tif", "w", **profile) as out:
+        out.write(np.full((32, 32), LEVEL, np.float32), 1)
+        out.write(np.full((32, 32), 900, np.float32), 2)
+    return made
+
+
+@case(either(design_at(), refused("north-up")))
+def tif_turned(f):
+    return tif(f, np.full((32, 32), LEVEL, np.float32), transform=rasterio.Affine.translation(EAST - 4, NORTH + 4) * rasterio.Affine.rotation(10) * rasterio.Affine.scale(0.25, -0.25))
+
+
+@case(refused("d.tif"))
+def tif_without_a_place(f):
+    return tif(f, np.full((32, 32), LEVEL, np.float32), transform=rasterio.Affine.identity())
 
 
 def landxml(folder, surfaces, units='<Metric linearUnit="meter" areaUnit="squareMeter" volumeUnit="cubicMeter"/>', more="cell_m = 0.1", factor=1.0, system="", faces=None, space="http://www.landxml.org/schema/LandXML-1.2", swap=False):
@@ -693,6 +820,39 @@ def dxf_lines_only(f):
     return dxf(f, lambda d: d.modelspace().add_line((EAST, NORTH, LEVEL), (EAST + 5, NORTH, LEVEL)))
 
 
+@case(design_at())
+def dxf_of_r12(f):
+    return dxf(f, lambda d: faces(d.modelspace()), version="R12")
+
+
+@case(either(design_at(), refused("unit")))
+def dxf_in_millimetres_that_says_nothing(f):
+    return dxf(f, lambda d: faces(d.modelspace(), factor=0.001), units=0)
+
+
+@case(design_at())
+def dxf_in_millimetres_said_by_the_site(f):
+    return dxf(f, lambda d: faces(d.modelspace(), factor=0.001), units=0, more='cell_m = 0.1\nunit = "mm"')
+
+
+@case(design_at())
+def dxf_one_layer_of_two(f):
+    def draw(d):
+        faces(d.modelspace(), 1.0, layer="EG")
+        faces(d.modelspace(), layer="FG")
+
+    return dxf(f, draw, more='cell_m = 0.1\nsurface = "FG"')
+
+
+@case(design_at())
+def dxf_insert_turned_and_mirrored(f):
+    def draw(d):
+        d.blocks.new("b").add_3dface([(-4, -4, 1.4), (4, -4, 1.4), (4, 4, 1.4), (-4, 4, 1.4)])
+        d.modelspace().add_blockref("b", (EAST, NORTH, 2.0), dxfattribs={"rotation": 90, "xscale": -1})
+
+    return dxf(f, draw)
+
+
 # ---- meshes
 
 def mesh(folder, name, content, unit="m"):
@@ -731,6 +891,25 @@ def obj_with_textures(f):
     return mesh(f, "m.obj", "mtllib a.mtl\nvt 0 0\nvn 0 0 1\n" + obj(corner="{0}/1/1"))
 
 
+@case(also(fine))
+def obj_in_groups_with_crlf(f):
+    return mesh(f, "m.obj", ("o cube\ng all\ns off\n" + obj()).replace("\n", "\r\n"))
+
+
+@case(fine)
+def obj_with_corners_a_thousandth_apart(f):
+    lines = []
+    for n, quad in enumerate(QUADS):
+        lines += [f"v {CUBE[i][0]} {CUBE[i][1]} {CUBE[i][2] + 5e-6 * (n % 2)}" for i in quad]
+        lines.append("f " + " ".join(str(4 * n + k + 1) for k in range(4)))
+    return mesh(f, "m.obj", "\n".join(lines) + "\n")
+
+
+@case(refused("m.obj"))
+def obj_that_names_no_vertex(f):
+    return mesh(f, "m.obj", obj() + "f 1 2 99\n")
+
+
 def stl(triangles, head=b"", count=None, tail=b""):
     body = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(t), 0) for t in triangles)
     return head.ljust(80, b"\0")[:80] + struct.pack("<I", len(triangles) if count is None else count) + body + tail
@@ -749,13 +928,24 @@ def stl_that_begins_with_solid(f):
     return mesh(f, "m.stl", stl(TRIANGLES, b"solid exported", tail=b"\r\n"))
 
 
+@case(fine)
+def stl_as_text_with_capitals(f):
+    facets = "".join("FACET NORMAL 0 0 0\nOUTER LOOP\n" + "".join(f"VERTEX {x} {y} {z}\n" for x, y, z in t) + "ENDLOOP\nENDFACET\n" for t in TRIANGLES)
+    return mesh(f, "m.stl", f"SOLID cube\n{facets}ENDSOLID cube\n")
+
+
+@case(refused("m.stl"))
+def stl_cut_in_the_middle(f):
+    return mesh(f, "m.stl", stl(TRIANGLES)[:-120])
+
+
 @case(refused("each other"))
 def stl_shell_in_a_shell_turned_the_same_way(f):
     inner = [[tuple(0.5 + 0.5 * v for v in p) for p in t] for t in TRIANGLES]
     return mesh(f, "m.stl", stl(TRIANGLES + inner))
 
 
-@case(refused("m.stl"))
+@case(refused("watertight"))
 def stl_open(f):
     return mesh(f, "m.stl", stl(TRIANGLES[:-1]))
 

@@ -147,6 +147,12 @@ pub(crate) fn look(
     let unit = meta.reference.vertical_unit.as_ref().map_or(1.0, |u| u.metres);
     look.step_m = raw.step();
     let factor = if meta.reference.depth { -unit } else { unit };
+    if let Some(named) = meta.reference.vertical_unit.as_ref().filter(|u| !u.is_metre()) {
+        look.notes.push(format!("heights in the {named} count as metres (× {unit:.9})"));
+    }
+    if meta.reference.depth {
+        look.notes.push("depths count as heights".into());
+    }
     let turned = |p: DVec3| {
         let p = DVec3::new(p.x, p.y, p.z * factor + offset_m);
         if meta.named_axes { p } else { axis_order.east_north_up(p) }

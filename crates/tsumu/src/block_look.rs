@@ -3,6 +3,7 @@
 //!
 //! A survey of any size is asked in one window with much relief.
 
+use crate::block_size::entry_sizes_m;
 use crate::surveys::{self, Joined};
 use crate::{Job, Settings, catalogue};
 use geom::{DVec3, Silent};
@@ -10,7 +11,7 @@ use io::site::Site;
 use pipeline::sizes::{REFUSED_FROM, SizeProposal, SizeSearch, WARNED_FROM, fit_sizes, windows};
 use pipeline::survey::{Limit, SurveyFacts, not_judgeable};
 use preflight::{Preflight, SizeLook, SurfaceLook, SurveyLook, Texture};
-use scene::{Area, BlockModel, Catalog, Complaint, Survey};
+use scene::{Area, BlockModel, Catalog, CatalogSpec, Complaint, Survey};
 use std::path::Path;
 
 /// Points that are looked at.
@@ -30,7 +31,8 @@ const AS_GOOD: f32 = 0.8;
 /// Looks at the points of a site that can be answered so far; what is found joins the complaints.
 pub(crate) fn look_closely(folder: &Path, found: &mut Preflight, job: &Job) {
     let Ok(site) = io::site::load(folder) else { return };
-    let Ok(catalog) = catalogue::models(&site.catalog, &site.catalog_file, &Silent) else { return };
+    let spec = site.catalog.clone();
+    let Ok(catalog) = catalogue::models(&spec, &site.catalog_file, &Silent) else { return };
     let Some(survey) = part(site, found) else { return };
     let smallest = catalog.iter().map(|(_, m)| m).min_by(|a, b| a.d_box_m.total_cmp(&b.d_box_m));
     let Some(smallest) = smallest else { return };
@@ -48,7 +50,7 @@ pub(crate) fn look_closely(folder: &Path, found: &mut Preflight, job: &Job) {
         sentence: facts.sentence(),
     });
     if !hopeless {
-        sizes(&survey, &catalog, &file, found, job);
+        sizes(&survey, (&spec, &catalog), &file, found, job);
     }
     found.conclude();
 }
@@ -134,25 +136,33 @@ fn limit_complaints(
 }
 
 /// Whether the blocks are as large as the catalogue says.
-fn sizes(survey: &Survey, catalog: &Catalog, file: &str, found: &mut Preflight, job: &Job) {
+fn sizes(
+    survey: &Survey,
+    (spec, catalog): (&CatalogSpec, &Catalog),
+    file: &str,
+    found: &mut Preflight,
+    job: &Job,
+) {
     let mut wrong = Vec::new();
     let mut right = false;
-    for (_, model) in catalog.iter() {
+    let entry_m = entry_sizes_m(spec, catalog);
+    for (id, model) in catalog.iter() {
+        let entry_m = entry_m[usize::from(id.0)];
         let Some(best) = likeliest(survey, model, job) else {
             let text = format!(
                 "no block like `{}` of {:.2} to {:.2} m was found in the part looked at",
                 model.name,
-                model.d_box_m / REACH,
-                model.d_box_m * REACH
+                entry_m / REACH,
+                entry_m * REACH
             );
             found.complaints.push(Complaint::note("size", file, text));
             continue;
         };
         let look = SizeLook {
             block: model.name.clone(),
-            catalogue_m: model.d_box_m,
-            fits_m: best.longest_m,
-            fits_sd_m: best.scale.factor_sd * model.d_box_m,
+            catalogue_m: entry_m,
+            fits_m: best.scale.factor * entry_m,
+            fits_sd_m: best.scale.factor_sd * entry_m,
             explained: best.explained,
             found: best.found,
         };

@@ -127,6 +127,11 @@ fn off(a_m: f32, b_m: f32) -> f32 {
     (a_m / b_m).ln().abs()
 }
 
+/// The measure that each entry of a catalogue states, in its order, metres.
+pub(crate) fn entry_sizes_m(spec: &CatalogSpec, catalog: &Catalog) -> Vec<f32> {
+    catalog.iter().map(|(id, model)| entry_size_m(model, id.0, Some(spec))).collect()
+}
+
 /// The measure an entry states: a shape's `size`, a mesh's longest edge.
 fn entry_size_m(model: &BlockModel, entry: u16, own: Option<&CatalogSpec>) -> f32 {
     let listed = || nominal_blocks().into_iter().find(|b| b.kind == model.name).map(|b| b.shape);

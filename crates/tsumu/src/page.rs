@@ -81,6 +81,10 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
     page.review = input.review;
     page.histograms = block_histograms(&recognition.blocks);
     page.assumptions = survey_assumptions(site);
+    page.assumptions.extend(site.size_sentence(recognition).map(|said| Text::new(
+        format!("Size of the blocks as the survey shows it: {said}."),
+        format!("測量から推定した寸法：{said}"),
+    )));
     page.warnings =
         input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
     page.provenance = input.manifest.map(provenance).unwrap_or_default();

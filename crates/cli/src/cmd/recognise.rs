@@ -52,6 +52,7 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal, job: &Job) -> Result
     let summary = RecogniseSummary::of(&site.survey, &found, &site.catalog);
     terminal.emit("recognised", &summary);
     words::recognised(&summary, terminal);
+    site.size_sentence(&found).iter().for_each(|line| terminal.say(line));
     terminal.say(format!("results: {}", args.out.display()));
     Ok(())
 }

@@ -84,6 +84,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);
     words::recognised(&recognised, terminal);
+    site.size_sentence(&recognition).iter().for_each(|line| terminal.say(line));
     let nothing = recognised.recognised_blocks == 0 && !args.bare_ground;
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());

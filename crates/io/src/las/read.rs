@@ -8,6 +8,7 @@ use crate::raw_cloud::RawCloud;
 use crate::read_options::{LeftOut, OVERLAP, ReadOptions};
 use crate::{IoError, Place};
 use geom::DVec3;
+use laz::las::selective::DecompressionSelection;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -48,15 +49,28 @@ pub fn stream_with(
     };
     let path = input.path;
     let decode = |raw: &[u8], first: u64| decode_records(path, &header, raw, first, options);
+    let wanted = wanted(&header, options);
     match &header.laz {
-        None => stream_records(input, &header, None, &decode, &mut counting)?,
+        None => stream_records(input, &header, None, wanted, &decode, &mut counting)?,
         Some(vlr) => {
             let chunks = chunks::table(input, &header, vlr)?;
             let firsts = first_of_each(&chunks);
-            stream_records(input, &header, Some((&chunks, &firsts)), &decode, &mut counting)?;
+            let chunks = Some((&chunks[..], &firsts[..]));
+            stream_records(input, &header, chunks, wanted, &decode, &mut counting)?;
         }
     }
     Ok(RawCloud { left_out, classes, ..meta(header.summary) })
+}
+
+/// What is read of a record: the place, its marks and line, and labels where they are asked for.
+pub(super) fn wanted(header: &Header, options: &ReadOptions) -> DecompressionSelection {
+    let own = DecompressionSelection::base()
+        .decompress_z()
+        .decompress_classification()
+        .decompress_flags()
+        .decompress_point_source_id();
+    let labels = options.labels && header.extra.present().contains(&true);
+    if labels { own.decompress_extra_bytes() } else { own }
 }
 
 /// Number of the first point of each chunk.
@@ -77,18 +91,21 @@ pub(super) fn meta(summary: LasSummary) -> RawCloud {
 /// Takes raw records and the number of the first to something else, on any thread.
 pub(super) type Decode<'a, T> = dyn Fn(&[u8], u64) -> Result<T, IoError> + Sync + 'a;
 
-/// Raw records through `decode` into `sink`, in order: those of the chunks (with the number of the first point of each), or of a
+/// Raw records, of which the `wanted` fields hold, through `decode` into `sink`, in order: those of the chunks (with the number of the first point of each), or of a
 /// file without.
 pub(super) fn stream_records<T: Send>(
     input: &mut Input,
     header: &Header,
     chunks: Option<(&[Chunk], &[u64])>,
+    wanted: DecompressionSelection,
     decode: &Decode<T>,
     sink: &mut dyn FnMut(T) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     match chunks {
         None => stream_plain(input, header, decode, sink),
-        Some((chunks, firsts)) => stream_chunks(input, header, chunks, firsts, decode, sink),
+        Some((chunks, firsts)) => {
+            stream_chunks(input, header, (chunks, firsts), wanted, decode, sink)
+        }
     }
 }
 
@@ -132,8 +149,8 @@ fn stream_plain<T>(
 fn stream_chunks<T: Send>(
     input: &mut Input,
     header: &Header,
-    chunks: &[Chunk],
-    firsts: &[u64],
+    (chunks, firsts): (&[Chunk], &[u64]),
+    wanted: DecompressionSelection,
     decode: &Decode<T>,
     sink: &mut dyn FnMut(T) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
@@ -153,7 +170,7 @@ fn stream_chunks<T: Send>(
         if group.is_empty() {
             let bytes = chunks::load(input, &chunks[next])?;
             let mut done = firsts[next];
-            let mut points = Points::new(&bytes, chunks[next].points, vlr)
+            let mut points = Points::new(&bytes, chunks[next].points, vlr, wanted)
                 .map_err(|what| damaged(done, what))?;
             loop {
                 let records =
@@ -175,7 +192,7 @@ fn stream_chunks<T: Send>(
         let batches: Vec<Result<T, IoError>> = loaded
             .into_par_iter()
             .map(|(first, points, bytes)| {
-                let records = Points::new(&bytes, points, vlr)
+                let records = Points::new(&bytes, points, vlr, wanted)
                     .and_then(|mut p| p.next(points))
                     .map_err(|what| damaged(first, what))?;
                 decode(&records, first)
