@@ -15,9 +15,11 @@ mod before;
 mod catalogue;
 mod comparison;
 mod dataset;
+mod draft;
 mod drawings;
 mod error;
 mod evaluate;
+mod input_kinds;
 mod job;
 mod labelled;
 mod local_survey;
@@ -43,15 +45,17 @@ pub mod version;
 mod weights;
 mod whole_run;
 
-pub use before::{cannot, check, check_first, init};
+pub use before::{cannot, check, check_first, init, write_map};
 pub use catalogue::{RecipeInputs, read_recipe};
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
     compare_with_plan, read_stable_ground,
 };
 pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
+pub use draft::{Draft, Variant, read_draft, write_draft, write_review, write_variant};
 pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
+pub use input_kinds::InputKinds;
 pub use job::{Cancel, Job};
 pub use labelled::check_labelled;
 pub use outputs::json_value;
@@ -61,7 +65,7 @@ pub use preflight::{FirstSite, Preflight};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};
-pub use run_folder::RunFolder;
+pub use run_folder::{RunEntry, RunFolder, runs_of};
 pub use settings::Settings;
 pub use site::Site;
 pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary};
