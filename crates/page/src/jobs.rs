@@ -91,7 +91,9 @@ impl Jobs {
 
     /// Asks all of them.
     pub fn stop_all(&self) {
-        self.listed().values().for_each(|job| drop(job.stop.send_replace(true)));
+        for job in self.listed().values() {
+            job.stop.send_replace(true);
+        }
     }
 
     fn listed(&self) -> std::sync::MutexGuard<'_, BTreeMap<u64, Arc<Job>>> {
@@ -107,7 +109,7 @@ impl Jobs {
         let mut stop = job.stop.subscribe();
         let state = tokio::select! {
             biased;
-            _ = stop.wait_for(|stop| *stop) => State::Stopped,
+            () = asked(&mut stop) => State::Stopped,
             state = self.run(job, command) => state,
         };
         job.now.send_modify(|now| now.end(state));
@@ -144,6 +146,10 @@ impl Jobs {
         command.creation_flags(0x0800_0000);
         command.spawn()
     }
+}
+
+async fn asked(stop: &mut watch::Receiver<bool>) {
+    let _ = stop.wait_for(|stop| *stop).await;
 }
 
 async fn listen(job: &Job, mut child: Child) -> State {

@@ -127,7 +127,9 @@ impl Variant {
         let numbers =
             [("minimum_volume_m3", self.minimum_volume_m3), ("overflow_m", self.overflow_m)];
         for (key, value) in numbers {
-            value.map(|v| plan.insert(key.into(), toml::Value::Float(v)));
+            if let Some(value) = value {
+                plan.insert(key.into(), toml::Value::Float(value));
+            }
         }
         if let Some(block) = &self.block {
             scene::shape_of_name(block).map_err(|e| Error::bad_input(anyhow!(e)))?;

@@ -22,9 +22,9 @@ impl InputKinds {
         let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase());
         let ending = ending.unwrap_or_default();
         let one_of = |list: &[&str]| list.contains(&ending.as_str());
-        let clouds = io::points::READABLE.split(", ").map(|e| e.trim_start_matches('.'));
+        let mut clouds = io::points::READABLE.split(", ").map(|e| e.trim_start_matches('.'));
         Self {
-            survey: clouds.into_iter().any(|e| e == ending),
+            survey: clouds.any(|e| e == ending),
             design: one_of(&["xml", "landxml", "tif", "tiff", "dxf"]),
             alignment: one_of(&["xml", "landxml", "dxf", "csv", "txt", "xyz"]),
             mesh: one_of(&["stl", "obj", "ply"]),
