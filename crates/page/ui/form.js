@@ -24,13 +24,12 @@ export function setupTab(body, site) {
     input.addEventListener("input", () => {
       const n = input.value.trim() === "" ? NaN : Number(input.value.replace(",", "."));
       put(n);
-      box(input)?.say(Number.isFinite(n) ? [] : [{ severity: "refusal", text: t("needs-number") }]);
+      input.closest(".field")?.say(Number.isFinite(n) ? [] : [{ severity: "refusal", text: t("needs-number") }]);
       if (Number.isFinite(n)) site.change();
       show();
     });
     return input;
   };
-  const box = control => [...fields.values()].flat().find(b => b.control === control);
   const map = new HeightMap(make("canvas", { id: "height-map", "aria-label": t("map") }), make("p", { className: "read", role: "status" }));
   const profile = new Profile(make("canvas", { id: "profile-canvas", "aria-label": t("profile") }));
   const station = make("input", { type: "range", min: 0, max: 1000, value: 500, "aria-label": t("profile") }), where = make("output", {}), space = make("p", { className: "strongish", role: "status" });

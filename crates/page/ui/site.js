@@ -13,6 +13,9 @@ const TABS = { setup: setupTab, run: runTab, results: resultsTab, variants: vari
 // The last check of each site outlives a change of tab.
 const checks = new Map();
 
+// Whether every number is one: a field that is being typed in may be empty.
+const sound = value => typeof value === "number" ? Number.isFinite(value) : !value || typeof value !== "object" || Object.values(value).every(sound);
+
 export class Site {
   constructor(id, state) {
     Object.assign(this, { id, state, alive: true, pending: null, saving: null, status: "" });
@@ -36,6 +39,11 @@ export class Site {
     clearTimeout(this.pending);
     this.pending = null;
     while (this.saving) await this.saving;
+    if (!sound(this.draft)) {
+      Object.assign(this, { status: "failed", fault: t("needs-number") });
+      this.tell("status");
+      return false;
+    }
     if (this.status !== "unsaved") return this.status === "saved" || this.status === "";
     this.status = "saving";
     this.tell("status");
