@@ -129,7 +129,8 @@ fn compare(root: &Path, epochs: &[String], name: &str) -> Answer<Command> {
     }
     let mut args = args([&"compare", &"--out", &out, &"--"]);
     for epoch in epochs {
-        args.push(below(root, epoch)?.into());
+        // As the comparison's page will name it: the program works in the folder.
+        args.push(shown(root, &below(root, epoch)?).into());
     }
     Ok(Command { kind: "compare", site: String::new(), out, args, heavy: true })
 }

@@ -28,6 +28,13 @@ function siteCard(site) {
   return make("a", { className: "card", href: `#/site/${encodeURIComponent(site.id)}/${tab}` }, make("b", {}, name), make("span", { className: "soft" }, site.id === name ? "" : site.id), make("span", {}, said));
 }
 
+// The folder's name is what a disk can hold; the site's is what was typed.
+async function named(id, name) {
+  const address = `/api/site/${encodeURIComponent(id)}`, { draft } = await get(address);
+  draft.site.name = name;
+  await post(address, draft);
+}
+
 function newSite(state) {
   const chosen = new Set(), list = make("div", { className: "files" }), progress = make("div", { role: "status" }), said = make("p", { role: "alert" });
   const name = make("input", { type: "text", maxLength: 64 }), block = blockChoice(state.blocks, "tetrapod 5t");
@@ -75,6 +82,7 @@ function newSite(state) {
       const { id } = await post("/api/jobs", { kind: "init", files: [...chosen], block: block.value, name: name.value });
       const end = await follow(id, () => {});
       if (end.state !== "done") throw new Error(end.errors.join("\n") || t(`state-${end.state}`));
+      await named(end.site, name.value.trim());
       location.hash = `#/site/${encodeURIComponent(end.site)}/setup`;
     } catch (error) {
       said.textContent = error.message;

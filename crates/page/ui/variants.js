@@ -39,6 +39,8 @@ export function variantsTab(body, site) {
     said.textContent = Object.keys(variant).length ? "" : t("nothing-changed");
     if (wrong || said.textContent) return;
     try {
+      block.value = "";
+      inputs.forEach(({ input }) => { input.value = ""; });
       const { id } = await post("/api/jobs", { kind: "what-if", site: site.id, variant });
       const box = workBox(id);
       progress.append(box.element);

@@ -8,7 +8,7 @@ use serde::Serialize;
 /// Cells along the longer side at most.
 const SIDE: f64 = 400.0;
 /// A cell holds so many points of the sample on average, so that a covered one is rarely empty.
-const POINTS_A_CELL: f64 = 2.0;
+const POINTS_A_CELL: f64 = 6.0;
 
 /// Heights on square cells, row by row from the north-west corner; `None` where nothing is known.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

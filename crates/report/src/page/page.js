@@ -60,6 +60,7 @@ function show(data) {
 head();
 hearFrame(({ look }) => {
   if (!look) return;
+  document.querySelector(".language").hidden = true;
   setLanguage(look.language === "ja" ? "ja" : "en");
   setTheme(look.theme === "dark" ? "dark" : "light");
 });
