@@ -34,6 +34,7 @@ pub mod not_judged_csv;
 pub mod npy;
 pub mod obj;
 pub mod pcd;
+mod own_hash;
 pub mod placements_csv;
 pub mod ply;
 pub mod points;
@@ -64,6 +65,6 @@ mod vector_layers;
 
 pub use csv_table::SitePose;
 pub use error::{IoError, Place};
-pub use input::{Input, open_regular, read_bytes};
+pub use input::{Input, open_regular, read_bytes, read_text};
 pub use raw_cloud::RawCloud;
 pub use read_options::{LeaveOut, ReadOptions};

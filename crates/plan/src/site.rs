@@ -150,15 +150,36 @@ pub fn check_extent(
     Ok(())
 }
 
+/// Memory that the maps of a plan take, bytes, for the block whose maps are largest. Errors: a setting that is out of range.
+pub fn raster_bytes(
+    design: &DesignSurface,
+    catalog: &Catalog,
+    config: &PlanConfig,
+) -> Result<u64, PlanError> {
+    let asked = |name: &str| config.block.as_ref().is_none_or(|block| block == name);
+    let mut most = 0;
+    for (_, model) in catalog.iter().filter(|(_, m)| asked(&m.name)) {
+        let settings = config.resolve(model, catalog.d_max_m())?;
+        most = most.max(raster_cells(design, model.d_box_m, &settings));
+    }
+    Ok((most as f64 * BYTES_A_CELL) as u64)
+}
+
+/// Cells of the raster over a design and a margin around it.
+fn raster_cells(design: &DesignSurface, margin_m: f32, settings: &Settings) -> u64 {
+    let [low, high] = design.extent();
+    let along = |axis: usize| high[axis] - low[axis] + 2.0 * f64::from(margin_m);
+    let cells_along = |axis: usize| (along(axis) / f64::from(settings.cell_m)).max(1.0) as u64;
+    cells_along(0).saturating_mul(cells_along(1))
+}
+
 fn check_raster(
     design: &DesignSurface,
     margin_m: f32,
     settings: &Settings,
 ) -> Result<(), PlanError> {
     let [low, high] = design.extent();
-    let along = |axis: usize| high[axis] - low[axis] + 2.0 * f64::from(margin_m);
-    let cells_along = |axis: usize| (along(axis) / f64::from(settings.cell_m)).max(1.0) as u64;
-    let cells = cells_along(0).saturating_mul(cells_along(1));
+    let cells = raster_cells(design, margin_m, settings);
     let limit = (f64::from(settings.memory_gb) * 1e9 / BYTES_A_CELL) as u64;
     if cells > limit {
         return Err(PlanError::TooManyCells {

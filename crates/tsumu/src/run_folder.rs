@@ -1,7 +1,7 @@
 //! Where things lie in a run folder: one folder a stage, named by the stage's word.
 
 use crate::error::OrBadInput;
-use crate::{Error, Result, outputs};
+use crate::{Error, Result};
 use anyhow::{Context, anyhow};
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,7 @@ impl RunFolder {
 
     /// Writes the wall times of a run: the one file that no manifest vouches for.
     pub fn write_timing(&self, seconds: &serde_json::Value) -> Result<()> {
-        outputs::write_json(&self.timing(), seconds)
+        Ok(io::manifest::write_times(&self.root, seconds)?)
     }
 
     /// The folder itself.
