@@ -31,7 +31,7 @@ fn main() {
         design: &design,
         catalog: &catalog,
         placed: &[],
-        proposer: None,
+        proposer: None, survey: None,
     };
 
     let mut config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };

@@ -24,7 +24,7 @@ fn main() {
         design: &design,
         catalog: &catalog,
         placed: &[],
-        proposer: None,
+        proposer: None, survey: None,
     };
     let config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };
     let generate = GenerateConfig {

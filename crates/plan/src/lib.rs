@@ -28,6 +28,7 @@ mod site;
 mod stack;
 mod summary;
 mod surfaces;
+mod surveyed;
 mod trial;
 mod uncertainty;
 mod unfilled;

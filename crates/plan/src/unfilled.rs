@@ -119,7 +119,7 @@ mod tests {
             design: &design,
             catalog: &catalog,
             placed: &[],
-            proposer: None,
+            proposer: None, survey: None,
         };
         use PlacementState::{Outside, Overflow, Unstable};
         let removed = vec![

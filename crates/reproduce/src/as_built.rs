@@ -279,7 +279,7 @@ fn one_trial(bench: &Bench, set: &SiteSet, trial: u64) -> Result<[u32; 4], Repro
                 design: &design,
                 catalog: &set.catalog,
                 placed: &[],
-                proposer: None,
+                proposer: None, survey: None,
             },
             &PlanConfig::default(),
             seed,

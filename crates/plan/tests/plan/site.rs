@@ -23,7 +23,7 @@ impl Site {
             design: &self.design,
             catalog: &self.catalog,
             placed: &[],
-            proposer: None,
+            proposer: None, survey: None,
         }
     }
 }
