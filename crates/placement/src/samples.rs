@@ -143,7 +143,8 @@ fn pile_samples(
         design: &background.design,
         catalog,
         placed: &[],
-        proposer: None, survey: None,
+        proposer: None,
+        survey: None,
     };
     /// Only a wish to stop goes through; progress counts piles.
     struct Quiet<'a>(&'a dyn Observer);

@@ -31,7 +31,8 @@ fn main() {
         design: &design,
         catalog: &catalog,
         placed: &[],
-        proposer: None, survey: None,
+        proposer: None,
+        survey: None,
     };
 
     let mut config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };

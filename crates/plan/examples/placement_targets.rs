@@ -24,7 +24,8 @@ fn main() {
         design: &design,
         catalog: &catalog,
         placed: &[],
-        proposer: None, survey: None,
+        proposer: None,
+        survey: None,
     };
     let config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };
     let generate = GenerateConfig {

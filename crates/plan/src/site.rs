@@ -6,8 +6,8 @@ use crate::{
     crane::Reach,
     network_pose::Proposer,
     search::Attitudes,
-    surveyed::{SQUARE, leave_out_unseen},
     stack::{self, Stack},
+    surveyed::{SQUARE, leave_out_unseen},
 };
 use geom::{HeightMap, Observer, PointCloud, SeedTree, Vec2, Vec3, Warning};
 use rand::RngExt;

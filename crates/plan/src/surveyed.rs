@@ -11,7 +11,8 @@ pub(crate) const SQUARE: f32 = 2.0;
 
 /// Empties the cells of a design that no point is near; square metres that were emptied.
 pub(crate) fn leave_out_unseen(design: &mut HeightMap, points: &[Vec3], square_m: f32) -> f32 {
-    let along = |cells: usize| ((cells as f32 * design.cell_m / square_m) as usize).saturating_add(3);
+    let along =
+        |cells: usize| ((cells as f32 * design.cell_m / square_m) as usize).saturating_add(3);
     // One square of margin on every side.
     let (nx, ny) = (along(design.nx), along(design.ny));
     let (origin, nowhere) = (design.origin, square_m);
@@ -62,7 +63,9 @@ mod tests {
         // Surveyed west of 0 but for a gap three metres wide.
         let surveyed = |x: f32| x < 0.0 && !(-23.0..-20.0).contains(&x);
         let points: Vec<Vec3> = (0..400)
-            .flat_map(|i| (0..80).map(move |j| Vec3::new(-50.0 + 0.25 * i as f32, 0.25 * j as f32, 1.0)))
+            .flat_map(|i| {
+                (0..80).map(move |j| Vec3::new(-50.0 + 0.25 * i as f32, 0.25 * j as f32, 1.0))
+            })
             .filter(|p| surveyed(p.x))
             .collect();
         let mut map = design();
@@ -77,7 +80,11 @@ mod tests {
     #[test]
     fn without_points_nothing_is_left_and_points_elsewhere_do_no_harm() {
         let mut map = design();
-        leave_out_unseen(&mut map, &[Vec3::splat(f32::NAN), Vec3::splat(1e30), Vec3::splat(-1e30)], 4.0);
+        leave_out_unseen(
+            &mut map,
+            &[Vec3::splat(f32::NAN), Vec3::splat(1e30), Vec3::splat(-1e30)],
+            4.0,
+        );
         assert!(map.z_m.iter().all(|z| z.is_nan()));
     }
 }

@@ -119,7 +119,8 @@ mod tests {
             design: &design,
             catalog: &catalog,
             placed: &[],
-            proposer: None, survey: None,
+            proposer: None,
+            survey: None,
         };
         use PlacementState::{Outside, Overflow, Unstable};
         let removed = vec![

@@ -92,7 +92,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             design: &background.design,
             catalog: &catalog,
             placed: &[],
-            proposer: Some(&model), survey: None,
+            proposer: Some(&model),
+            survey: None,
         };
         measure(bench, &input, block, &model, seed.child("ambiguity", index), &mut found)?;
     }

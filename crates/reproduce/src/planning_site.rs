@@ -78,7 +78,8 @@ impl Span {
             design: &self.design,
             catalog: &self.catalog,
             placed: &[],
-            proposer: Some(&self.model), survey: None,
+            proposer: Some(&self.model),
+            survey: None,
         };
         Ok(plan::plans_over_volumes(&input, config, volumes_m3, seed, observer)?)
     }

@@ -333,7 +333,9 @@ const CORRECTED: [&str; 3] =
 /// Refuses a folder with files of two runs: everything that is read from it is as its manifest says, but for the tables that
 /// may be corrected by hand. Errors: the file that is not.
 fn is_of_one_run(folder: &RunFolder, manifest: &Manifest) -> Result<()> {
-    let read = |name: &str| name.starts_with("recognise/") || name.starts_with("segment/") || name.starts_with("plan/");
+    let read = |name: &str| {
+        name.starts_with("recognise/") || name.starts_with("segment/") || name.starts_with("plan/")
+    };
     for (name, stated) in manifest.outputs.iter().filter(|(name, _)| read(name)) {
         let file = folder.root().join(name);
         let is_own = entry(&file).or_bad_input()? == *stated;

@@ -1,8 +1,8 @@
 //! Weights and settings: flags of the commands that take clouds.
 
 use clap::Args;
-use std::path::PathBuf;
 use scene::MemoryBound;
+use std::path::PathBuf;
 use tsumu::{RecogniseOptions, Settings};
 
 /// Weights and settings.

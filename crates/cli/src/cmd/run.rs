@@ -4,8 +4,8 @@ use crate::cmd::plan::PolicyName;
 use crate::words;
 use anyhow::anyhow;
 use clap::Args;
-use serde_json::json;
 use scene::MemoryBound;
+use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{

@@ -67,7 +67,17 @@ fn killed_when_there(site: &Path, run: &Path, file: &str) {
 fn fifty_kills_change_no_byte() {
     let runs = tempfile::tempdir().unwrap();
     let whole = runs.path().join("whole");
-    let args = |out: &Path| ["run".into(), text(small()), "--out".into(), text(out), "--plans".into(), "1".into(), "--json".into()];
+    let args = |out: &Path| {
+        [
+            "run".into(),
+            text(small()),
+            "--out".into(),
+            text(out),
+            "--plans".into(),
+            "1".into(),
+            "--json".into(),
+        ]
+    };
     let said = ok(&args(&whole)).out.lines().count();
     let reference = results(&whole);
     let (mut kills, mut chain) = (0, 0);

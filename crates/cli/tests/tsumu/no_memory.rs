@@ -17,7 +17,11 @@ fn what_does_not_fit_is_refused_at_once() {
     let fine = format!("{own}\n[plan]\ncell_m = 0.0012\nmemory_gb = 100.0\n");
     std::fs::write(&file, &fine).unwrap();
     let said = tsumu(&["run", &text(site.path()), "--out", &out, "--memory", "1GB"]);
-    assert!(said.code == 2 && said.err.contains("1GB") && said.err.contains("--memory"), "{}", said.err);
+    assert!(
+        said.code == 2 && said.err.contains("1GB") && said.err.contains("--memory"),
+        "{}",
+        said.err
+    );
     assert!(!Path::new(&out).exists(), "nothing is begun");
     // The same said by the site.
     std::fs::write(&file, format!("memory = \"1GB\"\n{fine}")).unwrap();

@@ -76,7 +76,9 @@ fn every_change_of_a_finished_run_is_found() {
         }
     }
     for folder in folders(&out) {
-        for name in ["new", ".tsumu-new.part", ".tsumu-lock", ".tsumu-outputs", ".tsumu-resume", "ü"] {
+        for name in
+            ["new", ".tsumu-new.part", ".tsumu-lock", ".tsumu-outputs", ".tsumu-resume", "ü"]
+        {
             let new = folder.join(name);
             let shown = new.strip_prefix(&out).unwrap().display().to_string();
             let file = || fs::write(&new, "x").unwrap();
@@ -165,10 +167,16 @@ fn files_of_two_runs_are_no_run() {
         fs::write(one.join(name), others).unwrap();
         for command in ["report", "plan"] {
             let again = text(&runs.path().join("again"));
-            let mut args = vec![command, one.to_str().unwrap(), "--site", site.path().to_str().unwrap()];
+            let mut args =
+                vec![command, one.to_str().unwrap(), "--site", site.path().to_str().unwrap()];
             args.extend(["--out", &again]);
             let said = tsumu(&args);
-            assert!(said.code == 2 && said.err.contains(name), "{command}: {} {}", said.code, said.err);
+            assert!(
+                said.code == 2 && said.err.contains(name),
+                "{command}: {} {}",
+                said.code,
+                said.err
+            );
         }
         fs::write(one.join(name), own).unwrap();
     }

@@ -23,7 +23,8 @@ impl Site {
             design: &self.design,
             catalog: &self.catalog,
             placed: &[],
-            proposer: None, survey: None,
+            proposer: None,
+            survey: None,
         }
     }
 }
