@@ -18,7 +18,7 @@ pub(crate) fn leave_out_unseen(design: &mut HeightMap, points: &[Vec3], square_m
     let (origin, nowhere) = (design.origin, square_m);
     let square_of = |x: f32, y: f32| {
         let at = |v: f32, from: f32| ((v - from + nowhere) / square_m).floor();
-        let (x, y) = (at(x, origin.x), at(y, origin.y));
+        let (x, y) = (at(x, origin[0]), at(y, origin[1]));
         let inside = x >= 0.0 && y >= 0.0 && x < nx as f32 && y < ny as f32;
         inside.then_some((x as usize, y as usize))
     };
