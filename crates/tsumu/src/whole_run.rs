@@ -101,9 +101,10 @@ impl<'a> WholeRun<'a> {
     }
 
     fn new_run(&self) -> Result<NewRun<'_>> {
-        let new = Run::prepare(self.folder.root(), self.site)?;
+        let mut new = Run::prepare(self.folder.root(), self.site)?;
         // One record for all parts: what earlier runs left was known when this one began.
-        Ok(NewRun { written: self.written.clone(), ..new })
+        new.written = self.written.clone();
+        Ok(new)
     }
 }
 
