@@ -228,7 +228,9 @@ fn exports(_: &mut Tests) -> Result<Went> {
 /// Failures of the system at places drawn from a run of a tiny site, and kills; all places by hand.
 fn faults(_: &mut Tests) -> Result<Went> {
     if !works(command("strace", ["-V"])) {
-        return Ok(Went::Skipped("strace, which makes calls of the system fail, is not here".into()));
+        return Ok(Went::Skipped(
+            "strace, which makes calls of the system fail, is not here".into(),
+        ));
     }
     done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
     let program = built().join("release/tsumu").display().to_string();

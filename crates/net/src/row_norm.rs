@@ -129,8 +129,7 @@ mod tests {
     #[cfg(target_arch = "x86_64")]
     #[test]
     fn the_width_of_a_register_changes_no_bit() {
-        let (Some(eight), Some(sixteen)) =
-            (pulp::x86::V3::try_new(), pulp::x86::V4::try_new())
+        let (Some(eight), Some(sixteen)) = (pulp::x86::V3::try_new(), pulp::x86::V4::try_new())
         else {
             return;
         };
