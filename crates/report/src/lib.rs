@@ -8,6 +8,7 @@ pub mod colour;
 pub mod input;
 pub mod lights;
 pub mod picture;
+pub mod relief;
 pub mod sheets;
 pub mod still;
 pub mod text;

@@ -2,7 +2,7 @@
 
 use crate::error::OrBadInput;
 use crate::summary::{PlannedSummary, RecogniseSummary};
-use crate::{Error, Result, outputs, resume};
+use crate::{Error, Result, resume};
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -69,7 +69,7 @@ impl RunFolder {
 
     /// Writes the wall times of a run: the one file that no manifest vouches for.
     pub fn write_timing(&self, seconds: &serde_json::Value) -> Result<()> {
-        outputs::write_json(&self.timing(), seconds)
+        Ok(io::manifest::write_times(&self.root, seconds)?)
     }
 
     /// The folder itself.
