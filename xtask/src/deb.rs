@@ -30,7 +30,10 @@ pub fn build(version: &str, program: &Path, texts: &Path, folder: &Path) -> Resu
         let page = page?;
         let name = page.file_name().to_string_lossy().into_owned();
         put(&page.path(), &format!("usr/share/man/man1/{name}"))?;
-        done(command("gzip", ["-9n", &stage.join("usr/share/man/man1").join(name).display().to_string()]))?;
+        done(command(
+            "gzip",
+            ["-9n", &stage.join("usr/share/man/man1").join(name).display().to_string()],
+        ))?;
     }
     for (file, place) in [
         ("tsumu.bash", "usr/share/bash-completion/completions/tsumu"),

@@ -80,7 +80,8 @@ fn host() -> Result<String> {
 
 /// The program for a target, built.
 fn build(wanted: &Wanted, target: Option<&str>) -> Result<PathBuf> {
-    let mut args = vec!["build", "--profile", wanted.profile, "--locked", "-p", "tsumu-cli", "--bin", "tsumu"];
+    let mut args =
+        vec!["build", "--profile", wanted.profile, "--locked", "-p", "tsumu-cli", "--bin", "tsumu"];
     args.extend(target.iter().flat_map(|t| ["--target", t]));
     let mut cargo = cargo(&args);
     if target.is_some_and(|t| t.ends_with("windows-gnu")) {
@@ -109,7 +110,13 @@ fn texts(program: &Path, folder: &Path) -> Result<PathBuf> {
 }
 
 /// `tsumu-VERSION-TARGET.tar.gz`, for Windows a `.zip`.
-fn archive(wanted: &Wanted, target: &str, program: &Path, texts: &Path, folder: &Path) -> Result<()> {
+fn archive(
+    wanted: &Wanted,
+    target: &str,
+    program: &Path,
+    texts: &Path,
+    folder: &Path,
+) -> Result<()> {
     let name = format!("tsumu-{}-{target}", wanted.version);
     let stage = folder.join(&name);
     fs::create_dir_all(&stage)?;

@@ -63,8 +63,7 @@ impl Key {
     fn welcome(&self) -> Response {
         let page = "<!doctype html><meta charset=utf-8><title>Tsumu</title><meta http-equiv=refresh content=\"0; url=/\">";
         let mut response = html(StatusCode::OK, page);
-        let cookie =
-            format!("{}={}; HttpOnly; SameSite=Strict; Path=/", self.cookie, self.token);
+        let cookie = format!("{}={}; HttpOnly; SameSite=Strict; Path=/", self.cookie, self.token);
         let value = HeaderValue::from_str(&cookie).expect("hexadecimal digits");
         response.headers_mut().insert(header::SET_COOKIE, value);
         response

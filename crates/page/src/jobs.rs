@@ -1,9 +1,9 @@
 //! Work of the program as child processes: each is told to speak JSON, listened to, and can be ended.
 
+use crate::names::shown;
 use crate::order::Command;
 use crate::refusal::{Answer, Refusal};
 use crate::snapshot::{Snapshot, State};
-use crate::names::shown;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -37,7 +37,13 @@ struct Job {
 
 impl Jobs {
     pub fn new(program: PathBuf, root: PathBuf) -> Self {
-        Self { program, root, all: Mutex::default(), last: AtomicU64::new(0), heavy: Semaphore::new(1) }
+        Self {
+            program,
+            root,
+            all: Mutex::default(),
+            last: AtomicU64::new(0),
+            heavy: Semaphore::new(1),
+        }
     }
 
     /// A number for one more job.
@@ -60,7 +66,8 @@ impl Jobs {
             return Err(Refusal::conflict("at-work", out));
         }
         let snapshot = Snapshot::new(id, command.kind, command.site.clone(), out);
-        let job = Arc::new(Job { now: watch::Sender::new(snapshot), stop: watch::Sender::new(false) });
+        let job =
+            Arc::new(Job { now: watch::Sender::new(snapshot), stop: watch::Sender::new(false) });
         all.insert(id, Arc::clone(&job));
         forget_old(&mut all);
         drop(all);

@@ -135,7 +135,11 @@ async fn review(State(app): Shared, Path(site): Path<String>) -> Answer<Response
     json_of(&serde_json::from_slice::<Value>(&text).unwrap_or_default())
 }
 
-async fn save_review(State(app): Shared, Path(site): Path<String>, body: Bytes) -> Answer<Response> {
+async fn save_review(
+    State(app): Shared,
+    Path(site): Path<String>,
+    body: Bytes,
+) -> Answer<Response> {
     let folder = site_folder(&app.root, &site)?;
     let text = String::from_utf8(body.to_vec());
     let text = text.map_err(|e| Refusal::bad("message", e.to_string()))?;
@@ -154,7 +158,8 @@ async fn begin(State(app): Shared, body: Bytes) -> Answer<Response> {
     let maps = app.scratch.path().to_path_buf();
     let (jobs, root) = (Arc::clone(&app.jobs), app.root.clone());
     let id = jobs.new_id();
-    let command = aside(move || Command::of(&order, &root, &maps.join(format!("{id}.json")))).await?;
+    let command =
+        aside(move || Command::of(&order, &root, &maps.join(format!("{id}.json")))).await?;
     jobs.begin(id, command?)?;
     json_of(&json!({ "id": id }))
 }

@@ -126,7 +126,10 @@ pub fn results(root: &Path, folder: &Path) -> Vec<Value> {
             let Ok(meta) = entry.metadata() else { continue };
             if meta.is_file() && !hidden && found.len() < MOST {
                 let (path, name) = (shown(root, &entry.path()), shown(folder, &entry.path()));
-                found.push((name.clone(), json!({ "path": path, "name": name, "bytes": meta.len() })));
+                found.push((
+                    name.clone(),
+                    json!({ "path": path, "name": name, "bytes": meta.len() }),
+                ));
             }
         }
     }

@@ -211,7 +211,8 @@ fn keep_beside(file: &Path) -> Result<()> {
 fn revision(file: &Path, catalog_file: &Path) -> Result<String> {
     let mut all = Vec::new();
     for path in [file, catalog_file] {
-        let bytes = if path.exists() { io::read_bytes(path, 64 << 20).or_bad_input()? } else { vec![] };
+        let bytes =
+            if path.exists() { io::read_bytes(path, 64 << 20).or_bad_input()? } else { vec![] };
         all.extend(io::manifest::hash(&bytes));
     }
     Ok(io::manifest::hash(&all)[..16].iter().map(|b| format!("{b:02x}")).collect())

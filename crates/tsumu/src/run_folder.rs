@@ -211,7 +211,9 @@ mod tests {
     #[test]
     fn runs_are_listed_and_other_folders_are_not() {
         let site = tempfile::tempdir().unwrap();
-        for (name, file) in [("run", "manifest.json"), ("photos", "a.jpg"), ("run-2", ".tsumu-lock")] {
+        for (name, file) in
+            [("run", "manifest.json"), ("photos", "a.jpg"), ("run-2", ".tsumu-lock")]
+        {
             std::fs::create_dir_all(site.path().join(name).join("recognise")).unwrap();
             std::fs::write(site.path().join(name).join(file), "{}").unwrap();
         }

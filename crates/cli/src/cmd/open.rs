@@ -32,8 +32,12 @@ pub fn open(args: &OpenArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let server = Server::bind(&Options { folder, port: args.port, program }).map_err(error)?;
     let address = server.address();
     terminal.emit("open", &json!({ "address": address }));
-    terminal.say(format!("Tsumu is open at {address}\nClose it with Ctrl-C. / 終了するには Ctrl-C を押してください。"));
-    if !args.no_browser && let Err(e) = open::that_detached(&address) {
+    terminal.say(format!(
+        "Tsumu is open at {address}\nClose it with Ctrl-C. / 終了するには Ctrl-C を押してください。"
+    ));
+    if !args.no_browser
+        && let Err(e) = open::that_detached(&address)
+    {
         terminal.say(format!("no browser could be started ({e}); open the address yourself"));
     }
     server.serve(&|| job.is_stopped()).map_err(error)

@@ -74,7 +74,10 @@ fn a_site_is_checked_by_the_program_itself() {
     assert_eq!(state["sites"][0]["id"], "~");
     assert_eq!(state["sites"][0]["name"], "Tiny <site> & test");
     let end = page.ended(r#"{"kind":"check","site":"~"}"#);
-    assert_eq!((&end["state"], &end["results"]["check"]["can_be_answered"]), (&"done".into(), &true.into()));
+    assert_eq!(
+        (&end["state"], &end["results"]["check"]["can_be_answered"]),
+        (&"done".into(), &true.into())
+    );
     let map = page.ask("GET", &format!("/api/jobs/{}/map", end["id"]), "");
     let cells = (map["columns"].as_u64().unwrap() * map["rows"].as_u64().unwrap()) as usize;
     for key in ["survey_m", "design_m"] {

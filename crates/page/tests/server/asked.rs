@@ -10,8 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use tempfile::TempDir;
 
-pub const SITE: &str =
-    "name = \"Pier <b>\"\ncrs = \"none\"\n[[survey]]\nfile = \"a.xyz\"\n[design]\nkind = \"level\"\nlevel_m = 1.0\nboundary = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]\n";
+pub const SITE: &str = "name = \"Pier <b>\"\ncrs = \"none\"\n[[survey]]\nfile = \"a.xyz\"\n[design]\nkind = \"level\"\nlevel_m = 1.0\nboundary = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]\n";
 
 /// A page over a folder with one site; gone when dropped.
 pub struct Served {

@@ -30,7 +30,8 @@ fn only_the_page_changes_something() {
     let order = r#"{"kind":"check","site":"pier"}"#;
     let ours = format!("Host: 127.0.0.1:{port}\r\nCookie: tsumu-{port}={}", page.token);
     let post = |lines: &str| {
-        let head = format!("POST /api/jobs HTTP/1.1\r\n{ours}\r\nContent-Length: {}{lines}", order.len());
+        let head =
+            format!("POST /api/jobs HTTP/1.1\r\n{ours}\r\nContent-Length: {}{lines}", order.len());
         page.send(&head, order.as_bytes()).status
     };
     assert_eq!(post(""), 403, "a form of another site has no header of ours");
@@ -47,8 +48,15 @@ fn only_the_page_changes_something() {
 fn no_path_leads_out_of_the_folder() {
     let page = serve("exit 0");
     for path in [
-        "../secret.txt", "..%2fsecret.txt", "pier/..%2f..%2fsecret.txt", "%2e%2e/secret.txt",
-        "pier/%2e%2e/%2e%2e/secret.txt", "..%5csecret.txt", "%2fetc%2fpasswd", "pier//../../secret.txt", "pier%00",
+        "../secret.txt",
+        "..%2fsecret.txt",
+        "pier/..%2f..%2fsecret.txt",
+        "%2e%2e/secret.txt",
+        "pier/%2e%2e/%2e%2e/secret.txt",
+        "..%5csecret.txt",
+        "%2fetc%2fpasswd",
+        "pier//../../secret.txt",
+        "pier%00",
     ] {
         for kind in ["download", "view", "api/results", "api/site"] {
             let answer = page.get(&format!("/{kind}/{path}"));
@@ -83,7 +91,9 @@ fn a_report_is_boxed_and_the_page_runs_its_own_scripts_only() {
     let page = serve("exit 0");
     std::fs::write(page.root.join("pier/report.html"), "<script>1</script>").unwrap();
     let report = page.get("/view/pier/report.html");
-    assert!(report.head.contains("sandbox allow-scripts") && !report.head.contains("allow-same-origin"));
+    assert!(
+        report.head.contains("sandbox allow-scripts") && !report.head.contains("allow-same-origin")
+    );
     assert!(page.get("/download/pier/report.html").head.contains("attachment"));
     let own = page.get("/");
     assert!(own.head.contains("script-src 'self'") && own.head.contains("default-src 'none'"));
@@ -109,7 +119,8 @@ fn no_module_is_missing() {
         let folder = path.rsplit_once('/').unwrap().0.to_string();
         for line in answer.body.lines().filter(|l| l.starts_with("import ")) {
             let file = line.rsplit('"').nth(1).unwrap();
-            let file = file.strip_prefix("./").map_or(file.to_string(), |f| format!("{folder}/{f}"));
+            let file =
+                file.strip_prefix("./").map_or(file.to_string(), |f| format!("{folder}/{f}"));
             if !seen.contains(&file) {
                 open.push(file);
             }

@@ -18,10 +18,16 @@ fn two_browsers_see_the_same_work_and_cannot_begin_it_twice() {
     while seen["warnings"].as_array().unwrap().is_empty() {
         seen = page.get(&format!("/api/jobs/{id}/since/{}", seen["version"])).json();
     }
-    assert_eq!((seen["state"].as_str(), seen["stages"][0]["stage"].as_str()), (Some("running"), Some("segment")));
+    assert_eq!(
+        (seen["state"].as_str(), seen["stages"][0]["stage"].as_str()),
+        (Some("running"), Some("segment"))
+    );
     std::fs::write(page.root.join("go"), "").unwrap();
     let end = page.ended(id);
-    assert_eq!((end["state"].as_str(), end["results"]["run"]["folder"].as_str()), (Some("done"), Some("x")));
+    assert_eq!(
+        (end["state"].as_str(), end["results"]["run"]["folder"].as_str()),
+        (Some("done"), Some("x"))
+    );
 }
 
 #[test]
@@ -86,7 +92,8 @@ fn of_two_who_change_a_site_the_second_is_told() {
     first["revision"] = saved.json()["revision"].clone();
     assert_eq!(page.post("/api/site/pier", &first.to_string()).status, 200);
     assert_eq!(page.get("/api/state").json()["sites"][0]["name"], "=cmd|'/c calc'!A1 <script>");
-    let review = page.post("/api/site/pier/review", "{\"format\":1,\"reviewer\":\"\",\"blocks\":[]}");
+    let review =
+        page.post("/api/site/pier/review", "{\"format\":1,\"reviewer\":\"\",\"blocks\":[]}");
     assert_eq!(review.status, 200, "{}", review.body);
     assert_eq!(page.post("/api/site/pier/review", "<script>").status, 400);
     assert_eq!(page.get("/api/site/pier/review").json()["format"], 1);
