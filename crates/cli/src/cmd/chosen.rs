@@ -2,7 +2,7 @@
 
 use clap::Args;
 use std::path::PathBuf;
-use tsumu::{RecogniseOptions, Settings};
+use tsumu::{Method, RecogniseOptions, Settings};
 
 /// Weights and settings.
 #[derive(Clone, Debug, Args)]
@@ -14,6 +14,10 @@ pub struct Chosen {
     /// A TOML file with settings that differ from the defaults, or config.toml of a run
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// Whose settings stand where site and file say no others: `thesis` is the thesis' chain (embedding and Algorithm 1; point
+    /// pair features, point-to-point ICP, least fitness; random drops) [default: the file's, or ours]
+    #[arg(long, value_enum)]
+    pub method: Option<MethodName>,
     /// Root of all random choices [default: 0]
     #[arg(long)]
     pub seed: Option<u64>,
@@ -22,11 +26,31 @@ pub struct Chosen {
 impl Chosen {
     /// The settings as the library takes them.
     pub fn settings(&self) -> Settings {
-        Settings { file: self.config.clone(), seed: self.seed, ..Settings::default() }
+        let method = self.method.map(MethodName::method);
+        Settings { file: self.config.clone(), method, seed: self.seed, ..Settings::default() }
     }
 
     /// The weights as the library takes them.
     pub fn options(&self) -> RecogniseOptions {
         RecogniseOptions { weights: self.model.clone() }
+    }
+}
+
+/// Methods on the command line.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum MethodName {
+    /// The program's own
+    Ours,
+    /// The thesis', by the letter
+    Thesis,
+}
+
+impl MethodName {
+    /// The library's word.
+    pub fn method(self) -> Method {
+        match self {
+            Self::Ours => Method::Ours,
+            Self::Thesis => Method::Thesis,
+        }
     }
 }
