@@ -145,10 +145,12 @@ fn init(args: &SegmentTraining, piles: &[Lessons]) -> Result<Option<SegmentModel
 }
 
 fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
-    let table = table(args, piles)?;
-    let mut config = match (args.thesis, table.network) {
-        (true, network) => TrainConfig::thesis(network.unwrap_or(TrainedNetwork::Fpcc)),
-        (false, _) => TrainConfig::default(),
+    let mut table = table(args, piles)?;
+    // The network's own table would put its loss in the place of the letter's.
+    let mut config = if args.thesis {
+        TrainConfig::thesis(table.network.take().unwrap_or(TrainedNetwork::Fpcc))
+    } else {
+        TrainConfig::default()
     };
     config.steps = 6000;
     config.mirror = !args.handed;

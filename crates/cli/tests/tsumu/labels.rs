@@ -29,16 +29,24 @@ fn order_numbering_and_format_do_not_matter() {
     turned.reverse();
     let result = write(folder.path(), "result.csv", &turned);
     let all = figures(&["--truth", &truth, "--result", &result]);
-    assert_eq!((&all["precision"], &all["recall"], &all["ap"]), (&1.0.into(), &1.0.into(), &1.0.into()));
+    assert_eq!(
+        (&all["precision"], &all["recall"], &all["ap"]),
+        (&1.0.into(), &1.0.into(), &1.0.into())
+    );
     assert_eq!((&all["true_instances"], &all["unmatched_true_points"]), (&2.into(), &0.into()));
     // A third of one part is lost: IoU 2/3.
-    let cut = write(folder.path(), "cut.txt", &rows(|i| if i > 25 { 0 } else { [5, 0, 6][i / 10] }));
+    let cut =
+        write(folder.path(), "cut.txt", &rows(|i| if i > 25 { 0 } else { [5, 0, 6][i / 10] }));
     let of = |iou: &str| figures(&["--truth", &truth, "--result", &cut, "--iou", iou]);
-    assert_eq!((of("0.5")["true_positives"].clone(), of("0.75")["true_positives"].clone()), (2.into(), 1.into()));
+    assert_eq!(
+        (of("0.5")["true_positives"].clone(), of("0.75")["true_positives"].clone()),
+        (2.into(), 1.into())
+    );
     // Numbered from nought, 0 is a part.
     let nought = write(folder.path(), "nought.txt", &rows(|i| i as i64 / 10));
     let count = |side: &[&str]| {
-        figures(&[&["--truth", &nought, "--result", &nought], side].concat())["true_instances"].clone()
+        figures(&[&["--truth", &nought, "--result", &nought], side].concat())["true_instances"]
+            .clone()
     };
     assert_eq!(count(&[]), 2);
     assert_eq!(count(&["--zero-is-instance", "both"]), 3);
@@ -58,7 +66,16 @@ fn a_ply_of_fewer_points_is_matched_within_the_tolerance() {
     let near = figures(&["--truth", &truth, "--result", &result, "--tolerance", "0.02"]);
     assert_eq!((&near["true_positives"], &near["false_negatives"]), (&2.into(), &1.into()));
     assert_eq!((&near["unmatched_true_points"], &near["result_points"]), (&10.into(), &20.into()));
-    let far = tsumu(&["evaluate", "--labels", "--truth", &truth, "--result", &result, "--tolerance", "0.001"]);
+    let far = tsumu(&[
+        "evaluate",
+        "--labels",
+        "--truth",
+        &truth,
+        "--result",
+        &result,
+        "--tolerance",
+        "0.001",
+    ]);
     assert_eq!(far.code, 2);
     assert!(far.err.contains("--tolerance") && far.err.trim().lines().count() == 1, "{}", far.err);
 }
@@ -69,7 +86,8 @@ fn what_cannot_be_scored_is_said_in_one_line() {
     let at = |name: &str, rows: &[String]| write(folder.path(), name, rows);
     let good = at("good.txt", &rows(|i| i as i64 / 10 + 1));
     let none = at("none.txt", &rows(|_| 0));
-    let bare: Vec<String> = rows(|_| 0).iter().map(|r| r.rsplit_once(' ').unwrap().0.into()).collect();
+    let bare: Vec<String> =
+        rows(|_| 0).iter().map(|r| r.rsplit_once(' ').unwrap().0.into()).collect();
     let bare = at("bare.txt", &bare);
     let empty = at("empty.txt", &[]);
     let two: Vec<String> = rows(|_| 3).iter().map(|r| format!("{r} 8")).collect();

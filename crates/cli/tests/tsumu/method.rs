@@ -22,7 +22,8 @@ fn the_chain_of_the_thesis_by_one_word() {
     let (thesis, again, mixed) =
         (runs.path().join("thesis"), runs.path().join("again"), runs.path().join("mixed"));
     let run = |args: &[&str], out: &Path| {
-        let all = [&["run", &text(site.path()), "--plans", "0", "--out", &text(out)], args].concat();
+        let all =
+            [&["run", &text(site.path()), "--plans", "0", "--out", &text(out)], args].concat();
         ok(&all)
     };
     run(&["--method", "thesis"], &thesis);
@@ -34,7 +35,9 @@ fn the_chain_of_the_thesis_by_one_word() {
     assert_eq!(used["pose"]["ppf"]["icp"].as_str(), Some("point-to-point"));
     assert_eq!(used["pose"]["verification"].as_bool(), Some(false));
     let manifest = std::fs::read_to_string(thesis.join("manifest.json")).unwrap();
-    assert!(manifest.contains("\"method\": \"thesis\"") || manifest.contains("\"method\":\"thesis\""));
+    assert!(
+        manifest.contains("\"method\": \"thesis\"") || manifest.contains("\"method\":\"thesis\"")
+    );
     // Its settings given back repeat it without the word.
     run(&["--config", &text(&thesis.join("config.toml"))], &again);
     let blocks = |folder: &Path| std::fs::read(folder.join("recognise/blocks.csv")).unwrap();
