@@ -132,6 +132,7 @@ impl Span {
             catalog: &self.catalog,
             placed: &[],
             proposer: Some(&self.model),
+            survey: None,
         }
     }
 
