@@ -21,10 +21,10 @@ fn the_chain_of_the_thesis_by_one_word() {
     let runs = tempfile::tempdir().unwrap();
     let (thesis, again, mixed) =
         (runs.path().join("thesis"), runs.path().join("again"), runs.path().join("mixed"));
+    let folder = text(site.path());
     let run = |args: &[&str], out: &Path| {
-        let all =
-            [&["run", &text(site.path()), "--plans", "0", "--out", &text(out)], args].concat();
-        ok(&all)
+        let out = text(out);
+        ok(&[&["run", &folder, "--plans", "0", "--out", &out], args].concat())
     };
     run(&["--method", "thesis"], &thesis);
     let used = config(&thesis);
