@@ -49,7 +49,8 @@ pub async fn store(root: &Path, name: &str, headers: &HeaderMap, body: Body) -> 
         .tempfile_in(&folder)
         .map_err(|e| Refusal::system("write the upload", &e))?;
     fill(part.as_file(), root, length, body).await?;
-    part.persist_noclobber(&place).map_err(|_| Refusal::conflict("file-there", name.to_string()))?;
+    part.persist_noclobber(&place)
+        .map_err(|_| Refusal::conflict("file-there", name.to_string()))?;
     Ok(place)
 }
 

@@ -23,7 +23,10 @@ fn table(text: &str) -> BTreeMap<String, [String; 2]> {
         let Some((key, texts)) = part.split_once(": [\"") else { continue };
         let key = key.trim().trim_matches('"').to_string();
         let (english, japanese) = texts.split_once("\", \"").unwrap_or_else(|| panic!("{key}"));
-        assert!(out.insert(key.clone(), [english.into(), japanese.into()]).is_none(), "{key} twice");
+        assert!(
+            out.insert(key.clone(), [english.into(), japanese.into()]).is_none(),
+            "{key} twice"
+        );
     }
     out
 }
@@ -43,7 +46,8 @@ fn every_word_is_there_in_both_languages() {
     }
     let mut asked = 0;
     for (name, text) in &files {
-        let word = |at: usize| !text[..at].ends_with(|c: char| c.is_alphanumeric() || "_.$".contains(c));
+        let word =
+            |at: usize| !text[..at].ends_with(|c: char| c.is_alphanumeric() || "_.$".contains(c));
         for (at, _) in text.match_indices("t(\"").filter(|(at, _)| word(*at)) {
             let key = text[at + 3..].split('"').next().unwrap();
             assert!(table.contains_key(key), "{name}: no words for `{key}`");
