@@ -30,9 +30,10 @@ impl<'s> Cells<'s> {
 
     /// Standard deviation of a point with what the grid adds, metres, for blocks of this size; `None` for a survey that is no grid.
     fn noise_sd_m(&self, d_max_m: f32) -> Option<f32> {
-        let gridded = self.gridded.as_ref()?;
+        self.gridded.as_ref()?;
+        // The scatter of a grid is that of its cells about the surface: what a cell may be off is in it.
         let facts = SurveyFacts::of(self.given, d_max_m);
-        Some(facts.noise_sd_m(self.given, d_max_m).hypot(gridded.error_rms_m()))
+        Some(facts.noise_sd_m(self.given, d_max_m))
     }
 
     /// Settings that know how far its points may be off.

@@ -21,7 +21,8 @@ pub fn check(folder: &Path, job: &Job) -> Preflight {
     found
 }
 
-/// The same as the first part of a run, which tells the blocks' size itself: doubts are warned of. Error: no answer can be given; every reason is a line of it.
+/// The same as the first part of a run, which tells the blocks' size itself: doubts are warned of. Error: no answer can be given;
+/// every reason is a line of it.
 pub fn check_first(folder: &Path, job: &Job) -> Result<()> {
     let found = job.install(|| preflight::check(folder, job));
     let cannot = cannot(&found);
@@ -37,6 +38,12 @@ pub fn check_first(folder: &Path, job: &Job) -> Result<()> {
 /// The error of a site that cannot be answered, a line for each reason; `None` for one that can.
 pub fn cannot(found: &Preflight) -> Option<Error> {
     Error::of_lines(found.because.clone())
+}
+
+/// Writes what a check has seen from above as a JSON file; nothing where no survey could be read.
+pub fn write_map(found: &Preflight, file: &Path) -> Result<()> {
+    let Some(map) = preflight::site_map(found) else { return Ok(()) };
+    Ok(io::atomic::write_bytes(file, &serde_json::to_vec(&map)?)?)
 }
 
 /// Writes `site.toml` and `catalog.toml` of a first site into `folder`: everything that the surveys say, guesses marked as such.

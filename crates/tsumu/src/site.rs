@@ -2,16 +2,17 @@
 
 use crate::block_size::entry_sizes_m;
 use crate::error::OrBadInput;
+use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
 use crate::surveys::{self, Clouds, Joined};
-use crate::{Error, Job, Recognition, Result, Settings, catalogue};
+use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::{DVec3, Observer};
+use geom::{DVec3, Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -47,6 +48,8 @@ pub struct Site {
     pub config: Config,
     /// Root of all random choices.
     pub seed: u64,
+    /// How much memory a run may take; `None`: as much as it needs. No result depends on it.
+    pub memory: Option<MemoryBound>,
     /// Size and hash of every input file as it was before it was read, by its path in the site folder.
     pub inputs: BTreeMap<String, Entry>,
     /// Where those files lie.
@@ -55,6 +58,16 @@ pub struct Site {
     pub(crate) entry_sizes_m: Vec<f32>,
     /// The points' places in their file, where one file with records is the whole survey.
     pub(crate) records: Option<OwnRecords>,
+}
+
+/// Warns when what a method's word promises does not stand.
+fn tell_departures(config: &Config, job: &Job) -> Result<()> {
+    let departures = settings::departures(config)?;
+    if !departures.is_empty() {
+        let message = format!("not as the method has it: {}", departures.join(", "));
+        job.event(Event::Warned(Warning { stage: "read", message }));
+    }
+    Ok(())
 }
 
 impl Site {
@@ -67,6 +80,9 @@ impl Site {
     pub fn load_with(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
         let files = io::site::load(folder).or_bad_input()?;
         let config = settings.of_site(&files.spec)?;
+        tell_departures(&config, job)?;
+        let memory = settings.memory.or(files.spec.memory);
+        bound_memory(memory, &files.survey_files, files.spec.area.is_some(), job)?;
         let mut inputs = BTreeMap::new();
         let mut input_files = Vec::new();
         for name in files.inputs() {
@@ -92,6 +108,7 @@ impl Site {
             survey_date: files.spec.survey_date.clone(),
             design,
             seed: settings.seed.unwrap_or(files.spec.seed),
+            memory,
             folder: Some(files.folder),
             catalog,
             survey,
@@ -116,6 +133,8 @@ impl Site {
         job: &Job,
     ) -> Result<Self> {
         let config = settings.alone()?;
+        tell_departures(&config, job)?;
+        bound_memory(settings.memory, &clouds.files, clouds.area.is_some(), job)?;
         let (mut inputs, mut input_files) = (BTreeMap::new(), Vec::new());
         for file in clouds.files.iter().map(PathBuf::as_path).chain([catalog]).chain(review) {
             let name = file.file_name().map_or(file, Path::new);
@@ -138,6 +157,7 @@ impl Site {
             review: review.map(named_review).transpose()?,
             config,
             seed: settings.seed.unwrap_or_default(),
+            memory: settings.memory,
             inputs,
             input_files,
             entry_sizes_m,
@@ -169,7 +189,15 @@ impl Site {
             plan::check_extent(design, &self.catalog, &self.config.plan)
                 .map_err(pipeline::PipelineError::from)?;
         }
-        Ok(())
+        self.need().check(self.memory)
+    }
+
+    /// What a run of it holds at once.
+    fn need(&self) -> Need {
+        let raster_bytes = self.design.as_ref().map_or(0, |design| {
+            plan::raster_bytes(design, &self.catalog, &self.config.plan).unwrap_or(0)
+        });
+        Need { points: self.survey.cloud.len() as u64, raster_bytes }
     }
 
     /// Refuses to write where an input lies. Errors: the file is one of them.
@@ -251,6 +279,20 @@ impl Site {
             ))
         })
     }
+}
+
+/// Tells the job of its bound, and holds what the surveys' headers state against it before they are read.
+fn bound_memory(
+    memory: Option<MemoryBound>,
+    surveys: &[PathBuf],
+    partly: bool,
+    job: &Job,
+) -> Result<()> {
+    let Some(bound) = memory else { return Ok(()) };
+    job.memory().set(bound);
+    // Of a part of a survey no header knows how many points it has.
+    let files = surveys.iter().filter(|_| !partly).map(PathBuf::as_path);
+    Need { points: memory::stated_points(files), raster_bytes: 0 }.check(memory)
 }
 
 fn named_review(file: &Path) -> Result<Review> {

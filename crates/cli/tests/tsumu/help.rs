@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 16] = [
     "init",
     "blocks",
     "check",
@@ -16,6 +16,7 @@ const COMMANDS: [&str; 15] = [
     "verify",
     "sign",
     "synth",
+    "open",
     "completions",
     "man",
 ];

@@ -91,8 +91,8 @@ pub(super) fn meta(summary: LasSummary) -> RawCloud {
 /// Takes raw records and the number of the first to something else, on any thread.
 pub(super) type Decode<'a, T> = dyn Fn(&[u8], u64) -> Result<T, IoError> + Sync + 'a;
 
-/// Raw records, of which the `wanted` fields hold, through `decode` into `sink`, in order: those of the chunks (with the number of the first point of each), or of a
-/// file without.
+/// Raw records, of which the `wanted` fields hold, through `decode` into `sink`, in order: those of the chunks (with the number of
+/// the first point of each), or of a file without.
 pub(super) fn stream_records<T: Send>(
     input: &mut Input,
     header: &Header,
