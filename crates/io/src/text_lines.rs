@@ -226,7 +226,10 @@ mod tests {
         for (big, mark) in [(false, false), (false, true), (true, false), (true, true)] {
             assert_eq!(lines(&utf_16(big, mark)).unwrap(), ["X,Y,Z", "1.5,2,3"], "{big} {mark}");
         }
-        assert_eq!(lines(b"Rechtswert;H\xf6he\r\n1,5;2\r\n").unwrap(), ["Rechtswert;Höhe", "1,5;2"]);
+        assert_eq!(
+            lines(b"Rechtswert;H\xf6he\r\n1,5;2\r\n").unwrap(),
+            ["Rechtswert;Höhe", "1,5;2"]
+        );
         let utf_32 = [0xff, 0xfe, 0, 0, b'x', 0, 0, 0];
         assert!(lines(&utf_32).unwrap_err().contains("UTF-32"));
         let error = lines(b"1 2 3\n\xff\xff\xff 2\n").unwrap_err();

@@ -4,10 +4,10 @@
 //! of, so that blocks meet them as they meet any other points; what is found of those points becomes what is found of the cells.
 //! A survey that is no grid stays as it is.
 
+use crate::Config;
 use geom::Lattice;
 use pose::gridded::Gridded;
 use pose::survey_facts::SurveyFacts;
-use crate::Config;
 use scene::{Catalog, Segmentation, Survey};
 
 /// A survey as recognition works on it.
@@ -95,7 +95,11 @@ mod tests {
         let found = Segmentation {
             instance: vec![1; part],
             confidence: vec![0.5; part],
-            hypotheses: vec![CentreHypothesis { centre: Vec3::ZERO, score: 1.0, points: vec![last] }],
+            hypotheses: vec![CentreHypothesis {
+                centre: Vec3::ZERO,
+                score: 1.0,
+                points: vec![last],
+            }],
             instances: 1,
         };
         let whole = cells.whole_segmentation(found);

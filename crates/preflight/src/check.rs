@@ -219,7 +219,8 @@ fn height_complaint(found: &SurveyLook) -> Option<Complaint> {
     let [low, middle, high] = found.levels_m;
     (middle < HEIGHTS_M[0] || middle > HEIGHTS_M[1]).then(|| {
         let what = format!("heights of {low:.0} to {high:.0} m are nowhere on earth");
-        let advice = "check the order of its columns and their unit; name the columns in the first line";
+        let advice =
+            "check the order of its columns and their unit; name the columns in the first line";
         Complaint::refusal("heights", &found.file, what, advice)
     })
 }

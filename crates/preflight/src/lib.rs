@@ -11,5 +11,5 @@ mod texture;
 pub use check::{Expected, Preflight, SizeLook, SurfaceLook, check, step_objection};
 pub use first_site::{FirstSite, InitError, first_site};
 pub use look::SurveyLook;
-pub use texture::Texture;
 pub use site_map::{SiteMap, site_map};
+pub use texture::Texture;

@@ -36,7 +36,8 @@ impl Texture {
         let step = points.len().div_ceil(PLACES).max(1);
         let places: Vec<Vec3> = points.iter().copied().step_by(step).collect();
         let share = |half_m: f32, holds: &dyn Fn(f32) -> bool| {
-            let met = places.iter().filter(|p| rough(points, &grid, **p, half_m).is_some_and(holds));
+            let met =
+                places.iter().filter(|p| rough(points, &grid, **p, half_m).is_some_and(holds));
             met.count() as f64 / places.len() as f64
         };
         Self {
@@ -68,12 +69,20 @@ mod tests {
     #[test]
     fn a_bed_is_flat_and_a_bush_fills_its_place() {
         let bed: Vec<Vec3> = (0..20_000)
-            .map(|i| Vec3::new(10.0 * even(i, 0.618_034), 10.0 * even(i, 0.754_878), 0.02 * even(i, 0.3)))
+            .map(|i| {
+                Vec3::new(10.0 * even(i, 0.618_034), 10.0 * even(i, 0.754_878), 0.02 * even(i, 0.3))
+            })
             .collect();
         let told = Texture::of(&bed, 2.0);
         assert!(told.flat_share > 0.95 && told.scattered_share < 0.01, "{told:?}");
         let bush: Vec<Vec3> = (0..40_000)
-            .map(|i| Vec3::new(4.0 * even(i, 0.819_173), 4.0 * even(i, 0.671_044), 4.0 * even(i, 0.549_700)))
+            .map(|i| {
+                Vec3::new(
+                    4.0 * even(i, 0.819_173),
+                    4.0 * even(i, 0.671_044),
+                    4.0 * even(i, 0.549_700),
+                )
+            })
             .collect();
         let told = Texture::of(&bush, 2.0);
         assert!(told.flat_share < 0.01 && told.scattered_share > 0.8, "{told:?}");

@@ -133,10 +133,8 @@ fn a_first_site_from_a_survey_alone_can_be_answered() {
 #[test]
 fn heights_that_nothing_has_are_another_column() {
     let turned = heap(DVec3::ZERO).into_iter().map(|p| DVec3::new(p.z, p.x, p.y)).collect();
-    let found = looked(
-        &site("EPSG:6679", &["a.laz"], ""),
-        &[("a.laz", cloud(turned, "EPSG:6679"))],
-    );
+    let found =
+        looked(&site("EPSG:6679", &["a.laz"], ""), &[("a.laz", cloud(turned, "EPSG:6679"))]);
     assert!(codes(&found).contains(&"heights"), "{found:?}");
 }
 

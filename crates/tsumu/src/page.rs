@@ -81,16 +81,19 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
     page.review = input.review;
     page.histograms = block_histograms(&recognition.blocks);
     page.assumptions = survey_assumptions(site);
-    page.assumptions.extend(site.size_sentence(recognition).map(|said| Text::new(
-        format!("Size of the blocks as the survey shows it: {said}."),
-        format!("測量から推定した寸法：{said}"),
-    )));
+    page.assumptions.extend(site.size_sentence(recognition).map(|said| {
+        Text::new(
+            format!("Size of the blocks as the survey shows it: {said}."),
+            format!("測量から推定した寸法：{said}"),
+        )
+    }));
     page.warnings =
         input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
     page.provenance = input.manifest.map(provenance).unwrap_or_default();
     let Some((planned, drawings)) = input.planned else {
-        page.figures = [found_figures(&recognised), survey_figures(&recognised), check_figures(&recognised)]
-            .concat();
+        page.figures =
+            [found_figures(&recognised), survey_figures(&recognised), check_figures(&recognised)]
+                .concat();
         return shown(&page);
     };
     let works = site.works(&recognition.blocks, site.needed_design()?);
@@ -99,8 +102,7 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
     page.plan = Some(&planned.plan);
     page.point_distance_m = &distance;
     page.count = Some(count(planned));
-    page.figures =
-        [
+    page.figures = [
         found_figures(&recognised),
         plan_figures(&summary),
         survey_figures(&recognised),
@@ -289,10 +291,7 @@ fn check_figures(r: &RecogniseSummary) -> Vec<Figure> {
                 "{en}; {} and {} blocks stated, {} by both",
                 check.stated[0], check.stated[1], check.matched
             ),
-            format!(
-                "{ja}；各{}・{}個、一致{}個",
-                check.stated[0], check.stated[1], check.matched
-            ),
+            format!("{ja}；各{}・{}個、一致{}個", check.stated[0], check.stated[1], check.matched),
         )),
         Figure::new(
             Text::new("Self-check: places apart, median", "自己点検：位置の差（中央値）"),

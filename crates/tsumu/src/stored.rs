@@ -39,7 +39,11 @@ pub(crate) fn recognition(
     })
 }
 
-fn segments(run: &RunFolder, site: &Site, whole: bool) -> Result<(Segments, Option<RecogniseSummary>)> {
+fn segments(
+    run: &RunFolder,
+    site: &Site,
+    whole: bool,
+) -> Result<(Segments, Option<RecogniseSummary>)> {
     if !whole && !run.recognise_summary().exists() {
         return Ok(Default::default());
     }

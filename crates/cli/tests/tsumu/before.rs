@@ -23,7 +23,8 @@ fn gridded(cell_m: f64) -> tempfile::TempDir {
     std::fs::write(at("catalog.toml"), CATALOG).unwrap();
     std::fs::write(at("site.toml"), SITE.split("[design]").next().unwrap()).unwrap();
     let origin = ["--site-crs", "EPSG:6679", "--site-origin", "41250,-98760,1.5", "--seed", "3"];
-    let (recipe, catalog, out) = (text(&at("recipe.toml")), text(&at("catalog.toml")), text(&at("")));
+    let (recipe, catalog, out) =
+        (text(&at("recipe.toml")), text(&at("catalog.toml")), text(&at("")));
     let words = ["synth", &recipe, "--catalog", &catalog, "--out", &out];
     ok(&[&words[..], &origin[..]].concat());
     folder

@@ -99,8 +99,7 @@ fn solid_header_trailing_bytes() {
 #[test]
 fn text_in_capitals_is_text() {
     let t = triangle(0.0);
-    let corners: String =
-        t.iter().map(|v| format!("VERTEX {} {} {}\n", v.x, v.y, v.z)).collect();
+    let corners: String = t.iter().map(|v| format!("VERTEX {} {} {}\n", v.x, v.y, v.z)).collect();
     let facet = format!("FACET NORMAL 0 0 0\nOUTER LOOP\n{corners}ENDLOOP\nENDFACET\n");
     let text = format!("SOLID part\n{}ENDSOLID part\n", facet.repeat(4));
     assert_eq!(read("stl", text.as_bytes()).unwrap().mesh.triangles.len(), 4);
