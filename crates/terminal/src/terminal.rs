@@ -108,7 +108,7 @@ impl Terminal {
         self.clear();
         let message = error.line();
         if self.json {
-            let id = language::code(&message);
+            let id = error.lines().iter().find_map(|line| language::code(line));
             let event = json!({ "event": "failed", "code": code, "id": id, "message": message });
             print_line(&event.to_string());
         }

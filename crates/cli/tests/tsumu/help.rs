@@ -82,7 +82,7 @@ fn messages_come_in_japanese() {
     let ran = tsumu(&["check", &site, "--lang", "ja"]);
     assert_eq!(ran.code, 2);
     assert!(ran.err.contains("[[survey]] がありません"), "{}", ran.err);
-    assert!(ran.out.contains("次の理由で回答できません"), "{}", ran.out);
+    assert!(ran.out.contains("次の 2 つの理由で回答できません"), "{}", ran.out);
     let english = tsumu(&["check", &site]);
     assert!(english.err.contains("there is no [[survey]]"), "{}", english.err);
     let json = tsumu(&["check", &site, "--lang", "ja", "--json"]);
