@@ -62,7 +62,8 @@ impl<'a> WholeRun<'a> {
             folder: new.folder,
             weights,
             proposer,
-            written: new.written,
+            // What lies there is known for certain once the folder is locked.
+            written: Written::begin(folder),
             parts,
         })
     }
