@@ -492,7 +492,10 @@ mod tests {
         let forward = |wide: bool| {
             let (mut buffers, mut out) = (Buffers::new(&layer), vec![0.0; POINTS * layer.wide]);
             let work = Forward { layer: &layer, first: 0, buffers: &mut buffers, out: &mut out };
-            if wide { sixteen.vectorize(work) } else { eight.vectorize(work) }
+            match wide {
+                true => Simd::vectorize(sixteen, work),
+                false => Simd::vectorize(eight, work),
+            }
             out
         };
         let bits = |values: Vec<f32>| values.into_iter().map(f32::to_bits).collect::<Vec<_>>();
