@@ -4,6 +4,7 @@
 //! nothing is gained; refine and state.
 
 use crate::acceptance::{Acceptance, Candidate, accept};
+use crate::beside::Rows;
 use crate::canonical::Canonical;
 use crate::confidence::Features;
 use crate::evidence::{reach_m, weigh};
@@ -105,7 +106,14 @@ pub fn recognise_pile(
     } else {
         tasks.into_iter().filter(|t| t.is_segment).collect()
     };
-    let mut stage = Stage { templates: &templates, measured: &measured, config, seed, observer };
+    let mut stage = Stage {
+        templates: &templates,
+        measured: &measured,
+        config,
+        seed,
+        observer,
+        rows: Rows::default(),
+    };
 
     let mut candidates = stage.candidates(&tasks, 0)?;
     let mut found = if config.verification {
@@ -145,6 +153,7 @@ struct Stage<'a> {
     config: &'a PoseConfig,
     seed: SeedTree,
     observer: &'a dyn Observer,
+    rows: Rows,
 }
 
 impl Stage<'_> {
@@ -295,7 +304,11 @@ impl Stage<'_> {
             accepted.len(),
             tasks.len()
         ));
-        self.candidates(&tasks, round)
+        let mut found = self.candidates(&tasks, round)?;
+        let config = &self.config.evidence;
+        let beside = self.rows.go_on(&accepted, self.templates, self.measured, config);
+        found.extend(beside.into_iter().map(|c| (None, c)));
+        Ok(found)
     }
 
     fn note(&self, message: String) {
