@@ -53,6 +53,7 @@ const STEPS: &[Step] = &[
     Step { name: "citations", by_hand: "cargo xtask check citations", run: resolve },
     Step { name: "tests", by_hand: "cargo test --release --workspace --locked", run: tests },
     Step { name: "exports", by_hand: "python3 tools/check_exports.py, check_run.py", run: exports },
+    Step { name: "tiles", by_hand: "python3 tools/check_tiles.py PROGRAM FOLDER", run: tiles },
     Step {
         name: "licences",
         by_hand: "cargo deny --all-features check licenses bans sources",
@@ -217,6 +218,35 @@ fn exports(_: &mut Tests) -> Result<Went> {
     done(command(&program("tsumu"), ["run", site, "--out", &run, "--plans", "1", "--quiet"]))?;
     done(command(&python, ["tools/check_run.py", &run]))?;
     done(command(&program("tsumu"), ["verify", &run, "--site", site]))?;
+    Ok(Went::Well)
+}
+
+/// Tiles by a Dask cluster of which a worker is killed: the bytes of tiles worked on one by one.
+fn tiles(_: &mut Tests) -> Result<Went> {
+    let work = built().join("xtask-tiles");
+    if work.exists() {
+        std::fs::remove_dir_all(&work)?;
+    }
+    std::fs::create_dir_all(&work)?;
+    let at = |name: &str| work.join(name).display().to_string();
+    let python = at("dask/bin/python");
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
+    let requirements = ["tools/requirements-tiles.txt"];
+    let installed = works(command("python3", ["-m", "venv", &at("dask")]))
+        && done_within(
+            command(&python, [&install[..], &requirements[..]].concat()),
+            INSTALLING_READERS,
+        )
+        .is_ok();
+    if !installed {
+        return Ok(Went::Skipped(
+            "Dask (tools/requirements-tiles.txt) cannot be installed here; tiles driven by our own tests only"
+                .into(),
+        ));
+    }
+    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
+    let program = built().join("release/tsumu").display().to_string();
+    done(command(&python, ["tools/check_tiles.py", &program, &at("work")]))?;
     Ok(Went::Well)
 }
 

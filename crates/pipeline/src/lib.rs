@@ -8,8 +8,8 @@ mod recogniser;
 pub mod survey;
 
 pub use error::PipelineError;
-pub use pose::PileVerdict;
-pub use recogniser::{Recogniser, Recognition};
+pub use pose::{LineShifts, Part, PileFacts, PileVerdict};
+pub use recogniser::{PartRecognition, Recogniser, Recognition};
 
 use geom::{Observer, SeedTree, Vec3};
 use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty};

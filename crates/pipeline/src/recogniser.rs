@@ -4,7 +4,7 @@
 //! become blocks; indices and labels that leave this room are those of the whole survey.
 
 use crate::{Config, PipelineError, survey};
-use geom::{Observer, SeedTree, Silent};
+use geom::{Observer, PointCloud, SeedTree, Silent};
 use scene::{Catalog, Recognised, Segmentation, Survey};
 use segment::{Foreground, SegmentModel};
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,46 @@ pub struct Recognition {
     pub pile: pose::PileVerdict,
 }
 
+/// What recognition of a part of a survey leaves. Indices and labels are those of the part.
+#[derive(Clone, Debug)]
+pub struct PartRecognition {
+    /// Instances and centre hypotheses.
+    pub segmentation: Segmentation,
+    /// Blocks, accepted and not judged, also those beyond what the part owns.
+    pub blocks: Vec<Recognised>,
+    /// What is said of what the part owns.
+    pub pile: pose::PileVerdict,
+    /// Points that stand above the bed there, of which the blocks explain a share.
+    pub standing: usize,
+    /// Facts of the whole: as given, or as this part shows them.
+    pub facts: pose::PileFacts,
+}
+
 impl Recogniser<'_> {
+    /// A part of a larger survey, with facts of the whole; without them it stands for the whole, and tells them. Nothing is said of
+    /// what a part alone cannot know: whether the survey suits the blocks. A bin is never a part.
+    pub fn recognise_part(
+        &self,
+        survey: &Survey,
+        part: Option<&pose::Part>,
+    ) -> Result<PartRecognition, PipelineError> {
+        let (catalog, config, heard) = (self.catalog, &self.config.pose, self.observer);
+        let segmentation = self.segment_cloud(&survey.cloud)?;
+        let found = match part {
+            Some(part) => {
+                pose::recognise_part(survey, &segmentation, catalog, config, part, heard)?
+            }
+            None => pose::recognise_pile(survey, &segmentation, catalog, config, heard)?,
+        };
+        Ok(PartRecognition {
+            segmentation,
+            blocks: found.blocks.into_iter().map(|b| b.0).collect(),
+            pile: found.pile,
+            standing: found.standing,
+            facts: found.facts,
+        })
+    }
+
     /// From a survey to blocks.
     pub fn recognise(&self, survey: &Survey) -> Result<Recognition, PipelineError> {
         self.blocks(survey, self.foreground_segments(survey)?)
@@ -82,16 +121,13 @@ impl Recogniser<'_> {
         survey::check_scale(survey, self.catalog)?;
         survey::check_facts(survey, self.catalog, self.observer)?;
         let foreground = self.foreground(survey, self.observer);
-        let (cloud, seed) = (&foreground.survey.cloud, self.seed.child("segment", 0));
-        let segments = segment::segment(
-            cloud,
-            self.catalog,
-            self.model,
-            &self.config.segment,
-            seed,
-            self.observer,
-        )?;
+        let segments = self.segment_cloud(&foreground.survey.cloud)?;
         Ok((foreground, segments))
+    }
+
+    fn segment_cloud(&self, cloud: &PointCloud) -> Result<Segmentation, PipelineError> {
+        let (seed, config) = (self.seed.child("segment", 0), &self.config.segment);
+        Ok(segment::segment(cloud, self.catalog, self.model, config, seed, self.observer)?)
     }
 
     /// The part of a survey that can hold blocks.

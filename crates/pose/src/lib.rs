@@ -22,6 +22,7 @@ mod leftovers;
 mod levelling;
 mod limbs;
 mod measured;
+mod pile_facts;
 mod recognise;
 mod rivals;
 mod search;
@@ -44,6 +45,9 @@ pub use config::{
 };
 pub use error::PoseError;
 pub use limbs::{Limb, LimbState};
-pub use recognise::{Outcome, recognise, recognise_pile, recognise_with_features};
+pub use pile_facts::{LineShifts, Part, PileFacts};
+pub use recognise::{
+    Outcome, recognise, recognise_part, recognise_pile, recognise_with_features,
+};
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;

@@ -13,6 +13,7 @@ use crate::ground::{Bed, Ground};
 use crate::levelling::level;
 use crate::limbs::{Limb, judge_limbs};
 use crate::measured::{Measured, noise_of_m};
+use crate::pile_facts::{Part, PileFacts};
 use crate::search::{Proposal, Task, propose};
 use crate::template::{Template, templates};
 use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
@@ -67,6 +68,10 @@ pub struct Outcome {
     pub pile: PileVerdict,
     /// The legs of the stated blocks that have any, with the number of the block.
     pub limbs: Vec<(InstanceId, Vec<Limb>)>,
+    /// What was measured on the whole of it, or given.
+    pub facts: PileFacts,
+    /// Working points that stand above the bed, of which [`PileVerdict::explained`] is a share.
+    pub standing: usize,
 }
 
 /// [`recognise`] with everything it knows. What a person should be told also goes to the observer.
@@ -77,6 +82,36 @@ pub fn recognise_pile(
     config: &PoseConfig,
     observer: &dyn Observer,
 ) -> Result<Outcome, PoseError> {
+    let found = recognise_with(survey, segmentation, catalog, config, None, observer)?;
+    for message in found.pile.warnings() {
+        observer.event(Event::Warned(Warning { stage: STAGE, message }));
+    }
+    for message in found.pile.notes() {
+        observer.event(Event::Noted { stage: STAGE, message });
+    }
+    Ok(found)
+}
+
+/// [`recognise_pile`] of a part of a larger survey, with facts of the whole. What a person should be told of the whole is not said.
+pub fn recognise_part(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+    part: &Part,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
+    recognise_with(survey, segmentation, catalog, config, Some(part), observer)
+}
+
+fn recognise_with(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+    part: Option<&Part>,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
     // Chance has no say in what is found: the same draws whatever the user's seed.
@@ -85,13 +120,15 @@ pub fn recognise_pile(
     if survey.cloud.is_empty() {
         return Ok(Outcome::default());
     }
-    let canonical = Canonical::new(survey, segmentation);
+    let facts = part.map(|p| p.facts);
+    let level_part = facts.and_then(|f| f.lines.as_ref()).map(|lines| lines.taken_out_of(survey));
+    let canonical = Canonical::new(level_part.as_ref().unwrap_or(survey), segmentation);
     let (survey, segmentation) = (&canonical.survey, &canonical.segmentation);
-    let levelled =
-        config.levelling.then(|| levelled(survey, &templates, config, observer)).flatten();
+    let own_lines = config.levelling && facts.is_none();
+    let levelled = own_lines.then(|| levelled(survey, &templates, config, observer)).flatten();
     let (survey, noise_sd_m) =
         levelled.as_ref().map_or((survey, None), |(survey, noise)| (survey, Some(*noise)));
-    let measured = measure(survey, &templates, config, noise_sd_m)?;
+    let measured = measure(survey, &templates, config, noise_sd_m, facts)?;
     let tasks = match config.places {
         Places::Segments => tasks(segmentation, &measured, catalog.d_max_m()),
         Places::Windows => {
@@ -105,7 +142,8 @@ pub fn recognise_pile(
     } else {
         tasks.into_iter().filter(|t| t.is_segment).collect()
     };
-    let mut stage = Stage { templates: &templates, measured: &measured, config, seed, observer };
+    let mut stage =
+        Stage { templates: &templates, measured: &measured, config, seed, part, observer };
 
     let mut candidates = stage.candidates(&tasks, 0)?;
     let mut found = if config.verification {
@@ -119,12 +157,6 @@ pub fn recognise_pile(
         stage.state(survey, chosen, &tasks, &candidates, None)
     };
     found.blocks.iter_mut().for_each(|(block, _)| canonical.given(&mut block.points));
-    for message in found.pile.warnings() {
-        observer.event(Event::Warned(Warning { stage: STAGE, message }));
-    }
-    for message in found.pile.notes() {
-        observer.event(Event::Noted { stage: STAGE, message });
-    }
     Ok(found)
 }
 
@@ -144,10 +176,20 @@ struct Stage<'a> {
     measured: &'a Measured,
     config: &'a PoseConfig,
     seed: SeedTree,
+    part: Option<&'a Part<'a>>,
     observer: &'a dyn Observer,
 }
 
 impl Stage<'_> {
+    fn facts(&self) -> Option<&PileFacts> {
+        self.part.map(|p| p.facts)
+    }
+
+    /// Whether a place counts here.
+    fn owns(&self, place: Vec3) -> bool {
+        self.part.is_none_or(|p| (p.owns)(place))
+    }
+
     /// Searches every task with every type; proposals with their cases, in the order of the tasks.
     fn candidates(&mut self, tasks: &[Task], round: u64) -> Result<Vec<Origin>, PoseError> {
         let total = tasks.len() as u64;
@@ -358,11 +400,20 @@ impl Stage<'_> {
                 }
             })
             .collect();
-        let points = refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config);
+        let known = self.facts();
+        let (points, fattening) = refine(
+            survey,
+            &mut blocks,
+            &pool,
+            self.templates,
+            self.measured,
+            self.config,
+            known,
+        );
         let config = &self.config.evidence;
         let (templates, measured) = (self.templates, self.measured);
         let context =
-            Context::new(survey, &blocks, &points, &pool, templates, measured, ground, config);
+            Context::new(survey, &blocks, &points, &pool, templates, measured, ground, config, known);
         let state = |(block, points)| {
             let (block, features) =
                 statement(survey, block, points, &context, templates, measured, config);
@@ -373,10 +424,25 @@ impl Stage<'_> {
         judge(&mut found, config);
         // Of the blocks that are likely to be some: junk has any size.
         let confidence = |entry: usize| found[entry].0.fit().and_then(|f| f.confidence);
-        let size = context.size_of(|entry| confidence(entry).is_some_and(|c| c >= LIKELY));
+        let own_size = || context.size_of(|entry| confidence(entry).is_some_and(|c| c >= LIKELY));
+        let size = known.map_or_else(own_size, |f| f.size);
         finish::state(&mut found, size.as_ref().is_some_and(is_wrong), config);
+        let (explained, standing) =
+            context.explained_where(|entry| found[entry].0.is_stated(), |p| self.owns(p));
+        let (typical_m, explained_by_all) = context.of_the_pile();
+        let facts = known.cloned().unwrap_or_else(|| PileFacts {
+            lines: None,
+            noise_sd_m: measured.noise_sd_m,
+            point_area_m2: measured.point_area_m2,
+            survey_spacing_m: measured.survey_spacing_m,
+            viewpoint: measured.viewpoint,
+            fattening,
+            typical_m: (!blocks.is_empty()).then_some(typical_m),
+            explained: (!blocks.is_empty()).then_some(explained_by_all),
+            size,
+        });
         let mut pile = PileVerdict {
-            explained: context.explained_by(|entry| found[entry].0.is_stated()),
+            explained: explained as f32 / (standing as f32).max(1.0),
             stated: found.iter().filter(|f| f.0.is_stated()).count(),
             size,
             not_a_block: 0,
@@ -392,18 +458,20 @@ impl Stage<'_> {
             stated.map(|entry| (entry, limbs_of(entry))).collect();
         limbs.retain(|(_, limbs)| !limbs.is_empty());
         let (open, closed) = self.not_judged(survey, tasks, candidates, &found, ground);
-        let accepted = found.len();
+        let dropped = found.iter().zip(&blocks).filter(|((block, _), accepted)| {
+            !may_be_one(block, config) && self.owns(accepted.at.centre)
+        });
+        pile.not_a_block = closed + dropped.count();
         let kept: Vec<bool> = found.iter().map(|(block, _)| may_be_one(block, config)).collect();
         // Stated blocks are kept, so that those before one decide its number.
         let number = |entry: usize| kept[..=entry].iter().filter(|k| **k).count() as u32;
         let limbs = limbs.into_iter().map(|(entry, l)| (InstanceId(number(entry)), l)).collect();
         found.retain(|(block, _)| may_be_one(block, config));
-        pile.not_a_block = closed + accepted - found.len();
         found.extend(open.into_iter().map(|block| (block, None)));
         for (n, (block, _)) in found.iter_mut().enumerate() {
             block.block = InstanceId(n as u32 + 1);
         }
-        Outcome { blocks: found, pile, limbs }
+        Outcome { blocks: found, pile, limbs, facts, standing }
     }
 
     /// Segments most of whose points no block explains and that may hold one, and how many others there are.
@@ -436,7 +504,7 @@ impl Stage<'_> {
             if !self.config.verification || may_hold_a_block(task, best, ground, self.measured) {
                 blocks.push(self.without_verdict(task, best, points));
             } else {
-                closed += 1;
+                closed += usize::from(self.owns(task.centre));
             }
         }
         (blocks, closed)
@@ -519,11 +587,15 @@ fn measure(
     templates: &[Template],
     config: &PoseConfig,
     scatter_m: Option<f32>,
+    facts: Option<&PileFacts>,
 ) -> Result<Measured, PoseError> {
     let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
     let model = smallest.expect("templates are made of a catalogue that is not empty").model;
-    let noise_sd_m =
-        config.noise_sd_m.or(scatter_m).unwrap_or_else(|| noise_of_m(survey, model.d_max_m));
+    let noise_sd_m = config
+        .noise_sd_m
+        .or(facts.map(|f| f.noise_sd_m))
+        .or(scatter_m)
+        .unwrap_or_else(|| noise_of_m(survey, model.d_max_m));
     let cell_m = config.search.working_cell * model.d_max_m;
     let survey_m = survey.cloud.bounds().size().max_element();
     let wrong =
@@ -532,7 +604,7 @@ fn measure(
         return Err(wrong());
     }
     let stated = config.bed.map(|plane| Bed { plane: plane.into(), relief_m: 0.1 * model.d_max_m });
-    Ok(Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, stated))
+    Ok(Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, stated, facts))
 }
 
 /// One task a hypothesis; without hypotheses one a label, its centre guessed.

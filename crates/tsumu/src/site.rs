@@ -10,7 +10,7 @@ use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, GroundSpec, Review, SiteFrame, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -81,7 +81,7 @@ impl Site {
         let Joined { survey, mut references, records } = surveys::of_site(&files, job)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
-        let ground = ground(&files, &survey);
+        let ground = ground(&files, &survey.frame);
         let site = Self {
             name: files.spec.name.clone(),
             survey_date: files.spec.survey_date.clone(),
@@ -155,11 +155,16 @@ impl Site {
         if let Some(design) = &self.design {
             self.check_heights(design)?;
             pipeline::survey::check_design(&self.survey, design)?;
-            // Before hours of work, not after them.
-            plan::check_extent(design, &self.catalog, &self.config.plan)
-                .map_err(pipeline::PipelineError::from)?;
+            self.check_maps()?;
         }
         Ok(())
+    }
+
+    /// Whether the maps of its plan fit into `plan.memory_gb`: before hours of work, not after them.
+    pub fn check_maps(&self) -> Result<()> {
+        let Some(design) = &self.design else { return Ok(()) };
+        let checked = plan::check_extent(design, &self.catalog, &self.config.plan);
+        Ok(checked.map_err(pipeline::PipelineError::from)?)
     }
 
     /// Refuses to write where an input lies. Errors: the file is one of them.
@@ -261,8 +266,8 @@ fn design(
 }
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.
-fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
-    let origin = survey.frame.origin;
+pub(crate) fn ground(site: &io::site::Site, frame: &SiteFrame) -> Option<Ground> {
+    let origin = frame.origin;
     site.spec.ground.map(|ground| match ground {
         GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
         GroundSpec::Plane(plane) => {
@@ -270,7 +275,7 @@ fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
             let normal =
                 DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
             let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
-            Ground::Plane { point: survey.frame.local_from_site(point), normal }
+            Ground::Plane { point: frame.local_from_site(point), normal }
         }
     })
 }

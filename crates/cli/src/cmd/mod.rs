@@ -16,4 +16,5 @@ pub mod run;
 pub mod segment;
 pub mod sign;
 pub mod synth;
+pub mod tiles;
 pub mod verify;

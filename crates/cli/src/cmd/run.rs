@@ -8,7 +8,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{
-    Error, Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings,
+    Error, Job, Memory, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings,
     Site, WholeRun,
 };
 
@@ -44,6 +44,9 @@ pub struct RunArgs {
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Memory it may need, e.g. 4GB: refused before work begins if it would need more; tiles of a large site keep within it
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<Memory>,
     /// Plan also where no block was recognised: on the surveyed ground
     #[arg(long)]
     pub bare_ground: bool,
@@ -63,6 +66,7 @@ impl RunArgs {
         RunOptions {
             recognise: RecogniseOptions { weights: self.model.clone() },
             plan: PlanOptions { proposer: self.placement_model.clone(), previous: None },
+            memory: self.memory,
         }
     }
 }
@@ -70,15 +74,28 @@ impl RunArgs {
 /// Runs every stage and writes every file.
 pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let options = args.options();
+    if let Some(memory) = args.memory {
+        tsumu::check_memory(&args.site, memory)?;
+    }
     tsumu::check_first(&args.site, job)?;
-    let site = Site::load_with(&args.site, &args.settings(), job)?;
+    let mut site = Site::load_with(&args.site, &args.settings(), job)?;
+    if let Some(memory) = args.memory {
+        let maps_gb = &mut site.config.plan.memory_gb;
+        *maps_gb = maps_gb.min(memory.gb() as f32);
+        site.check_maps()?;
+    }
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
     let whole = WholeRun::begin(&site, &out, &options, job)?;
+    through(&site, whole, args.bare_ground, terminal)
+}
+
+/// The steps of a run that was begun, and what is said of each.
+pub fn through(site: &Site, whole: WholeRun, bare_ground: bool, terminal: &Terminal) -> Result<()> {
     let recognition = whole.recognise()?;
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);
     words::recognised(&recognised, terminal);
-    let nothing = recognised.recognised_blocks == 0 && !args.bare_ground;
+    let nothing = recognised.recognised_blocks == 0 && !bare_ground;
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());
     match &summary {

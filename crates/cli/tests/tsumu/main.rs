@@ -10,4 +10,5 @@ mod killed;
 mod no_room;
 mod reviewed;
 mod site;
+mod tiles;
 mod tiny_site;
