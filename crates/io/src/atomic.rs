@@ -51,7 +51,8 @@ pub fn write_if_absent(path: &Path, bytes: &[u8]) -> Result<bool, IoError> {
     let attempt = || {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
-        let mut aside = tempfile::Builder::new().prefix(TEMPORARY).suffix(PART).tempfile_in(folder)?;
+        let mut aside =
+            tempfile::Builder::new().prefix(TEMPORARY).suffix(PART).tempfile_in(folder)?;
         aside.write_all(bytes)?;
         aside.as_file().sync_all()?;
         readable_by_others(aside.as_file())?;

@@ -46,8 +46,6 @@ pub use config::{
 pub use error::PoseError;
 pub use limbs::{Limb, LimbState};
 pub use pile_facts::{LineShifts, Part, PileFacts};
-pub use recognise::{
-    Outcome, recognise, recognise_part, recognise_pile, recognise_with_features,
-};
+pub use recognise::{Outcome, recognise, recognise_part, recognise_pile, recognise_with_features};
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;

@@ -401,19 +401,13 @@ impl Stage<'_> {
             })
             .collect();
         let known = self.facts();
-        let (points, fattening) = refine(
-            survey,
-            &mut blocks,
-            &pool,
-            self.templates,
-            self.measured,
-            self.config,
-            known,
-        );
+        let (points, fattening) =
+            refine(survey, &mut blocks, &pool, self.templates, self.measured, self.config, known);
         let config = &self.config.evidence;
         let (templates, measured) = (self.templates, self.measured);
-        let context =
-            Context::new(survey, &blocks, &points, &pool, templates, measured, ground, config, known);
+        let context = Context::new(
+            survey, &blocks, &points, &pool, templates, measured, ground, config, known,
+        );
         let state = |(block, points)| {
             let (block, features) =
                 statement(survey, block, points, &context, templates, measured, config);

@@ -83,7 +83,8 @@ pub(crate) fn local_survey(
         crs: crs.to_string(),
         vertical_datum: vertical_datum.to_string(),
     };
-    let mut survey = Survey { frame, sensor: noisiest(raw.iter().map(|r| r.sensor)), ..Survey::default() };
+    let mut survey =
+        Survey { frame, sensor: noisiest(raw.iter().map(|r| r.sensor)), ..Survey::default() };
     // Points live once: tens of millions of them are most of a run's memory.
     let mut positions = Vec::with_capacity(raw.iter().map(|part| part.position.len()).sum());
     for part in raw {

@@ -119,17 +119,9 @@ pub fn tiles(args: &TilesArgs, terminal: &Terminal, job: &Job) -> Result<()> {
 fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     tsumu::check_first(&args.site, job)?;
     let what = TiledSite {
-        settings: Settings {
-            file: args.config.clone(),
-            seed: args.seed,
-            ..Settings::default()
-        },
+        settings: Settings { file: args.config.clone(), seed: args.seed, ..Settings::default() },
         recognise: RecogniseOptions { weights: args.model.clone() },
-        tiles: TileOptions {
-            blocks: args.blocks_per_tile,
-            halo: args.halo,
-            memory: args.memory,
-        },
+        tiles: TileOptions { blocks: args.blocks_per_tile, halo: args.halo, memory: args.memory },
     };
     let plan = TilePlan::make(&args.site, &args.out, &what, job)?;
     terminal.emit("tiles", &plan.tiles());
@@ -170,9 +162,9 @@ fn scheduled_index() -> Result<usize> {
             INDEX_VARIABLES.join(", ")
         ))
     })?;
-    value.parse().map_err(|_| {
-        Error::bad_input(anyhow!("{name} is `{value}`, which is no number of a tile"))
-    })
+    value
+        .parse()
+        .map_err(|_| Error::bad_input(anyhow!("{name} is `{value}`, which is no number of a tile")))
 }
 
 fn status(plan: &Path, terminal: &Terminal) -> Result<()> {

@@ -92,7 +92,8 @@ impl Grid {
     /// Whether a core holds a place.
     pub fn holds(&self, core: Core, p: DVec2) -> bool {
         let cell = self.cell(p.extend(0.0));
-        let within = |v: i32, low: i32| v >= low && i64::from(v) < i64::from(low) + i64::from(core.cells);
+        let within =
+            |v: i32, low: i32| v >= low && i64::from(v) < i64::from(low) + i64::from(core.cells);
         within(cell.north, core.corner.north) && within(cell.east, core.corner.east)
     }
 
@@ -214,7 +215,10 @@ mod tests {
             }
             for i in 0..400 {
                 // Edges too.
-                let p = DVec2::new(f64::from(i - 160) * 0.53125 - 0.5, -3.0 * 17.0 + f64::from(i % 32) * 0.53125);
+                let p = DVec2::new(
+                    f64::from(i - 160) * 0.53125 - 0.5,
+                    -3.0 * 17.0 + f64::from(i % 32) * 0.53125,
+                );
                 let owners = cuts.iter().filter(|c| grid.holds(c.core, p)).count();
                 let inside = counts.contains_key(&grid.cell(p.extend(0.0)));
                 assert!(owners == 1 || !inside && owners <= 1, "{p}: {owners}");

@@ -36,7 +36,9 @@ impl FromStr for Memory {
 
     fn from_str(text: &str) -> Result<Self> {
         let wrong = || {
-            Error::bad_input(anyhow!("`{text}` is no amount of memory: write e.g. 4GB, 500MB or 2.5GiB"))
+            Error::bad_input(anyhow!(
+                "`{text}` is no amount of memory: write e.g. 4GB, 500MB or 2.5GiB"
+            ))
         };
         let text = text.trim();
         let digits = text.find(|c: char| c.is_ascii_alphabetic()).ok_or_else(wrong)?;

@@ -68,7 +68,9 @@ impl TilePlan {
                 continue;
             }
             if self.inputs().get(name) != Some(entry) {
-                lines.push(format!("{name}: was changed since the plan of tiles was made; make the plan again"));
+                lines.push(format!(
+                    "{name}: was changed since the plan of tiles was made; make the plan again"
+                ));
             }
         }
         let kept = self.points() - self.strays().len() as u64;
@@ -165,7 +167,11 @@ impl TilePlan {
 }
 
 /// One claim for each block: `owner` is the tile whose core holds a place.
-fn resolve(told: Vec<Told>, catalog: &Catalog, owner: impl Fn(Vec3) -> Option<usize>) -> Vec<Claim> {
+fn resolve(
+    told: Vec<Told>,
+    catalog: &Catalog,
+    owner: impl Fn(Vec3) -> Option<usize>,
+) -> Vec<Claim> {
     let groups = groups(&told, catalog);
     let mut of_group: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (at, &group) in groups.iter().enumerate() {
@@ -181,7 +187,8 @@ fn resolve(told: Vec<Told>, catalog: &Catalog, owner: impl Fn(Vec3) -> Option<us
         }
         let sum: Vec3 = members.iter().map(|&m| told[m].claim.centre).sum();
         let of = owner(sum / members.len() as f32);
-        let best = members.iter().copied().min_by_key(|&m| (Some(told[m].tile) != of, rank(&told[m])));
+        let best =
+            members.iter().copied().min_by_key(|&m| (Some(told[m].tile) != of, rank(&told[m])));
         keep.extend(best);
     }
     let all = told.into_iter().enumerate();
@@ -230,7 +237,8 @@ fn groups(told: &[Told], catalog: &Catalog) -> Vec<usize> {
 
 /// Bits of the two by turns: what lies near in the world has near numbers.
 fn interleaved(x: u64, y: u64) -> u128 {
-    let spread = |v: u64| (0..64).fold(0_u128, |all, bit| all | u128::from(v >> bit & 1) << (2 * bit));
+    let spread =
+        |v: u64| (0..64).fold(0_u128, |all, bit| all | u128::from(v >> bit & 1) << (2 * bit));
     spread(x) | spread(y) << 1
 }
 

@@ -51,7 +51,8 @@ impl PartReader<'_> {
             ..Survey::default()
         };
         let local = |p: DVec3| self.frame.local_from_site(p);
-        survey.cloud = PointCloud::from_positions(found.iter().map(|p| local(p.position)).collect());
+        survey.cloud =
+            PointCloud::from_positions(found.iter().map(|p| local(p.position)).collect());
         let silent = |line: u16| self.silent_lines.iter().any(|l| (l.0..=l.1).contains(&line));
         let line = |line: u16| if silent(line) { 0 } else { line };
         if found.iter().any(|p| line(p.line) > 0) {

@@ -149,12 +149,7 @@ impl TilePlan {
     }
 
     /// The same for a site that was read already.
-    pub(crate) fn make_for(
-        site: &Site,
-        what: &TiledSite,
-        out: &Path,
-        job: &Job,
-    ) -> Result<Self> {
+    pub(crate) fn make_for(site: &Site, what: &TiledSite, out: &Path, job: &Job) -> Result<Self> {
         let folder = site.folder.as_deref().unwrap_or(Path::new("."));
         let mut inputs = site.inputs.clone();
         inputs.remove(io::review::FILE);
@@ -167,7 +162,10 @@ impl TilePlan {
     pub fn open(folder: &Path) -> Result<Self> {
         let file = folder.join(FILE);
         let text = std::fs::read_to_string(&file).map_err(|e| {
-            Error::bad_input(anyhow!("cannot read {}: {e}; `tsumu tiles plan` writes it", file.display()))
+            Error::bad_input(anyhow!(
+                "cannot read {}: {e}; `tsumu tiles plan` writes it",
+                file.display()
+            ))
         })?;
         let content: Content = serde_json::from_str(&text)
             .with_context(|| format!("{}: not a plan of tiles", file.display()))
@@ -371,7 +369,8 @@ impl Making<'_> {
             };
             facts::estimate(&ask, job)
         })?;
-        let content = self.content(found, facts, (grid, halo_m), &cuts, &config, chosen.origin.line)?;
+        let content =
+            self.content(found, facts, (grid, halo_m), &cuts, &config, chosen.origin.line)?;
         outputs::write_json(&out.join(FILE), &content)?;
         TilePlan::open(out)
     }
@@ -452,7 +451,9 @@ impl Making<'_> {
             strays: found.strays,
             silent_lines: found.silent_lines,
             facts,
-            cells: in_file.map(|(cell, points)| CellEntry { cell: *cell, points: *points }).collect(),
+            cells: in_file
+                .map(|(cell, points)| CellEntry { cell: *cell, points: *points })
+                .collect(),
             tiles,
         })
     }
@@ -487,4 +488,3 @@ fn refuse_strangers(out: &Path) -> Result<()> {
     }
     Ok(())
 }
-

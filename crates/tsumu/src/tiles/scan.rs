@@ -46,12 +46,7 @@ pub(crate) struct Scanned {
 }
 
 /// Streams the surveys of a site into `folder`. Errors: a file cannot be read, holds no points, contradicts the site's CRS.
-pub(crate) fn scan(
-    site: &io::site::Site,
-    grid: Grid,
-    folder: &Path,
-    job: &Job,
-) -> Result<Scanned> {
+pub(crate) fn scan(site: &io::site::Site, grid: Grid, folder: &Path, job: &Job) -> Result<Scanned> {
     let mut pass: Option<Pass> = None;
     let mut references = Vec::new();
     for (spec, file) in site.spec.survey.iter().zip(&site.survey_files) {
@@ -88,7 +83,8 @@ impl<'a> SurveyFile<'a> {
         let text = !matches!(kind.as_deref(), Some("las" | "laz" | "ply" | "e57" | "pcd"));
         let (reference, named_axes) = if text {
             // Only reading a table tells what its columns are.
-            let told = io::points::stream_file(file, &ReadOptions::of_survey(spec), &mut |_| Ok(()));
+            let told =
+                io::points::stream_file(file, &ReadOptions::of_survey(spec), &mut |_| Ok(()));
             let told = told.or_bad_input()?;
             (told.reference, told.named_axes)
         } else {
@@ -258,13 +254,19 @@ impl Pass {
 
     fn add(&mut self, p: DVec3, line: u16, file: &Path) -> Result<()> {
         let number = u32::try_from(self.points).map_err(|_| {
-            Error::bad_input(anyhow!("{}: with it the site has more than 4,294,967,295 points; cut it with [area]", file.display()))
+            Error::bad_input(anyhow!(
+                "{}: with it the site has more than 4,294,967,295 points; cut it with [area]",
+                file.display()
+            ))
         })?;
         (self.first_line, self.last_line) = (self.first_line.min(line), self.last_line.max(line));
         let line = match line {
             0 => 0,
             line => self.lines_before.checked_add(line).ok_or_else(|| {
-                Error::bad_input(anyhow!("{}: with it the surveys have more than 65535 lines; join fewer of them", file.display()))
+                Error::bad_input(anyhow!(
+                    "{}: with it the surveys have more than 65535 lines; join fewer of them",
+                    file.display()
+                ))
             })?,
         };
         let cell = self.grid.cell(p);
@@ -319,7 +321,9 @@ impl Pass {
             // One number for all points says nothing of lines.
             let number = self.lines_before + last;
             self.silent_lines.push((number, number));
-            self.cells.iter_mut().for_each(|cell| drop(cell.lines.remove(&number)));
+            for cell in &mut self.cells {
+                cell.lines.remove(&number);
+            }
             self.lines_before = number;
         }
         (self.first_line, self.last_line) = (u16::MAX, 0);
@@ -399,8 +403,11 @@ impl Pass {
                 }
             }
         }
-        let counts =
-            self.slots.iter().map(|(cell, &slot)| (*cell, self.cells[slot].count.clone())).collect();
+        let counts = self
+            .slots
+            .iter()
+            .map(|(cell, &slot)| (*cell, self.cells[slot].count.clone()))
+            .collect();
         let frame = SiteFrame {
             origin: round_origin(self.low, self.high).to_array(),
             crs: site.spec.crs.clone(),

@@ -161,7 +161,8 @@ impl TilePlan {
     pub(crate) fn result(&self, key: &str, done: &Done) -> Result<TileResult> {
         let file = self.folder_of(key).join(&done.result);
         let bytes = fs::read(&file).map_err(|e| damaged(&file, &e.to_string()))?;
-        let (name, result) = read_hashed(&bytes).ok_or_else(|| damaged(&file, "its hash differs"))?;
+        let (name, result) =
+            read_hashed(&bytes).ok_or_else(|| damaged(&file, "its hash differs"))?;
         match done.result == format!("result-{name}.cbor") {
             true => Ok(result),
             false => Err(damaged(&file, "it is another result than done.json says")),
@@ -210,8 +211,7 @@ impl TilePlan {
 fn may_hold_blocks(survey: &Survey, catalog: &Catalog) -> bool {
     const FEWEST: usize = 30;
     let largest_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
-    survey.cloud.len() >= FEWEST
-        && survey.cloud.bounds().size().max_element() >= 0.2 * largest_m
+    survey.cloud.len() >= FEWEST && survey.cloud.bounds().size().max_element() >= 0.2 * largest_m
 }
 
 /// What is the tile's, in numbers of the whole survey.
