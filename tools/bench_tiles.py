@@ -85,10 +85,10 @@ def row(copies):
     points = sum(tile["points"] for tile in tiles)
     blocks = sum(1 for _ in open(run / "recognise" / "blocks.csv")) - 1
     cpu = planned[0] + sum(e[0] for e in each)
-    said = max(tile["memory_gb"] for tile in tiles)
+    said = max(tile["memory_bytes"] for tile in tiles)
     return (
         f"| {points / 1e6:.2f} M | {blocks} | {len(tiles)} | {planned[0]:.0f} s, {planned[1]:.0f} MB | {sum(e[0] for e in each):.0f} s "
-        f"| {max(e[1] for e in each):.0f} MB ({said * 1e3:.0f} promised) | {merged[0]:.0f} s, {merged[1]:.0f} MB | {1e3 * cpu / blocks:.1f} ms | {1e6 * cpu / points:.2f} µs |"
+        f"| {max(e[1] for e in each):.0f} MB ({said / 1e6:.0f} promised) | {merged[0]:.0f} s, {merged[1]:.0f} MB | {1e3 * cpu / blocks:.1f} ms | {1e6 * cpu / points:.2f} µs |"
     )
 
 

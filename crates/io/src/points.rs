@@ -163,17 +163,6 @@ pub fn reference(path: &Path) -> Result<FileCrs, IoError> {
     }
 }
 
-/// How many points a file says it has; for kinds whose header does not say, a guess from the file's size.
-pub fn stated_points(path: &Path) -> Result<u64, IoError> {
-    const BYTES_A_POINT: u64 = 20;
-    let kind = known(path)?;
-    let mut input = Input::open(path)?;
-    match kind.as_str() {
-        "las" | "laz" => las::summary(&mut input).map(|s| s.points),
-        _ => Ok(input.len / BYTES_A_POINT),
-    }
-}
-
 /// Batches of any known kind into `sink`; what comes back has everything but the points.
 pub fn stream(
     input: &mut Input,

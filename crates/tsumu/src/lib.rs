@@ -15,13 +15,16 @@ mod before;
 mod catalogue;
 mod comparison;
 mod dataset;
+mod draft;
 mod drawings;
 mod error;
 mod evaluate;
+mod input_kinds;
 mod job;
 mod labelled;
 mod local_survey;
 mod lock;
+mod memory;
 mod outputs;
 mod own_records;
 mod page;
@@ -43,18 +46,22 @@ mod tiles;
 pub mod version;
 mod weights;
 mod whole_run;
+mod written;
 
-pub use before::{cannot, check, check_first, init};
+pub use before::{cannot, check, check_first, init, write_map};
 pub use catalogue::{RecipeInputs, read_recipe};
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
     compare_with_plan, read_stable_ground,
 };
 pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
+pub use draft::{Draft, Variant, read_draft, write_draft, write_review, write_variant};
 pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
+pub use input_kinds::InputKinds;
 pub use job::{Cancel, Job};
 pub use labelled::check_labelled;
+pub use memory::MemoryLimit;
 pub use outputs::json_value;
 pub use page::Page;
 pub use planning::{PlanOptions, Planned, kept_of};
@@ -62,15 +69,14 @@ pub use preflight::{FirstSite, Preflight};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};
-pub use run_folder::RunFolder;
+pub use run_folder::{RunEntry, RunFolder, runs_of};
 pub use settings::Settings;
 pub use site::Site;
 pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary};
 pub use surveys::Clouds;
 pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
 pub use tiles::{
-    Memory, Tile, TileDone, TileOptions, TilePlan, TileRequest, TileStatus, TiledSite,
-    check_memory, merge_tiles,
+    Tile, TileDone, TileOptions, TilePlan, TileRequest, TileStatus, TiledSite, merge_tiles,
 };
 pub use weights::{WeightsOrigin, load as load_weights};
 pub use whole_run::{RunOptions, WholeRun, run};

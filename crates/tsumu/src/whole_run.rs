@@ -5,13 +5,12 @@ use crate::recognition::{RecogniseOptions, Recognition};
 use crate::resume::Parts;
 use crate::run::{NewRun, Run};
 use crate::weights::{self, Chosen};
+use crate::written::Written;
 use crate::{
-    Job, Memory, Result, RunFolder, Site, TileOptions, TilePlan, TileRequest, TiledSite, stored,
-    version,
+    Job, Result, RunFolder, Site, TileOptions, TilePlan, TileRequest, TiledSite, stored, version,
 };
 use geom::{Event, Observer};
 use serde_json::json;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// What a run may be told beside the site's settings.
@@ -21,8 +20,6 @@ pub struct RunOptions {
     pub recognise: RecogniseOptions,
     /// For planning.
     pub plan: PlanOptions,
-    /// Memory that the tiles of a large site may need; `None`: 4 GB. [`check_memory`](crate::check_memory) asks for the rest.
-    pub memory: Option<Memory>,
 }
 
 /// Everything for one site: recognise, plan where there is a design, exports, report. Leaves a run folder.
@@ -40,8 +37,8 @@ pub struct WholeRun<'a> {
     folder: RunFolder,
     weights: Chosen,
     proposer: Option<ChosenProposer>,
-    strangers: BTreeSet<PathBuf>,
     tiles: Option<TilePlan>,
+    written: Written,
     parts: Parts<'a>,
 }
 
@@ -69,8 +66,8 @@ impl<'a> WholeRun<'a> {
             folder: new.folder,
             weights,
             proposer,
-            strangers: new.strangers,
             tiles: None,
+            written: new.written,
             parts,
         })
     }
@@ -110,7 +107,7 @@ impl<'a> WholeRun<'a> {
     fn recognise_in_tiles(&self, folder: &Path) -> Result<Recognition> {
         let job = self.parts.job();
         let tiles = TileOptions {
-            memory: self.options.memory.unwrap_or_default(),
+            memory: self.site.memory.unwrap_or(TileOptions::default().memory),
             ..TileOptions::default()
         };
         let recognise = self.options.recognise.clone();
@@ -152,9 +149,9 @@ impl<'a> WholeRun<'a> {
     }
 
     fn new_run(&self) -> Result<NewRun<'_>> {
-        // The manifest that tells strangers from outputs goes with the first part that is written.
         let mut new = Run::prepare(self.folder.root(), self.site)?;
-        new.strangers = self.strangers.clone();
+        // One record for all parts: what earlier runs left was known when this one began.
+        new.written = self.written.clone();
         Ok(new)
     }
 }

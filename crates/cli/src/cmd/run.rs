@@ -4,11 +4,12 @@ use crate::cmd::plan::PolicyName;
 use crate::words;
 use anyhow::anyhow;
 use clap::Args;
+use scene::MemoryBound;
 use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{
-    Error, Job, Memory, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions,
+    Error, Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions,
     Settings, Site, WholeRun,
 };
 
@@ -44,9 +45,9 @@ pub struct RunArgs {
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Memory it may need, e.g. 4GB: refused before work begins if it would need more; tiles of a large site keep within it
+    /// How much memory it may take, e.g. 4GB: what does not fit is refused [default: the site's, or as much as it needs]
     #[arg(long, value_name = "SIZE")]
-    pub memory: Option<Memory>,
+    pub memory: Option<MemoryBound>,
     /// Plan also where no block was recognised: on the surveyed ground
     #[arg(long)]
     pub bare_ground: bool,
@@ -59,6 +60,7 @@ impl RunArgs {
             policy: self.policy.map(PolicyName::policy),
             plans: self.plans,
             seed: self.seed,
+            memory: self.memory,
         }
     }
 
@@ -66,7 +68,6 @@ impl RunArgs {
         RunOptions {
             recognise: RecogniseOptions { weights: self.model.clone() },
             plan: PlanOptions { proposer: self.placement_model.clone(), previous: None },
-            memory: self.memory,
         }
     }
 }
@@ -74,16 +75,8 @@ impl RunArgs {
 /// Runs every stage and writes every file.
 pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let options = args.options();
-    if let Some(memory) = args.memory {
-        tsumu::check_memory(&args.site, memory)?;
-    }
     tsumu::check_first(&args.site, job)?;
-    let mut site = Site::load_with(&args.site, &args.settings(), job)?;
-    if let Some(memory) = args.memory {
-        let maps_gb = &mut site.config.plan.memory_gb;
-        *maps_gb = maps_gb.min(memory.gb() as f32);
-        site.check_maps()?;
-    }
+    let site = Site::load_with(&args.site, &args.settings(), job)?;
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
     let whole = WholeRun::begin(&site, &out, &options, job)?;
     through(&site, whole, args.bare_ground, terminal)

@@ -3,10 +3,11 @@
 use crate::cmd::run::through;
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
+use scene::MemoryBound;
 use std::path::{Path, PathBuf};
 use terminal::Terminal;
 use tsumu::{
-    Error, Job, Memory, RecogniseOptions, Result, RunOptions, Settings, TileOptions, TilePlan,
+    Error, Job, RecogniseOptions, Result, RunOptions, Settings, TileOptions, TilePlan,
     TileRequest, TiledSite, WholeRun,
 };
 
@@ -50,8 +51,8 @@ pub struct PlanArgs {
     #[arg(long, value_name = "LENGTHS", default_value_t = TileOptions::default().halo)]
     pub halo: f64,
     /// Memory that working on a tile may need, e.g. 2GB
-    #[arg(long, value_name = "SIZE", default_value_t = Memory::default())]
-    pub memory: Memory,
+    #[arg(long, value_name = "SIZE", default_value_t = TileOptions::default().memory)]
+    pub memory: MemoryBound,
     /// A TOML file whose settings count before the site's, or config.toml of a run
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -78,7 +79,7 @@ pub struct RunArgs {
     pub key: Option<String>,
     /// Refuse a tile that needs more memory, e.g. 2GB
     #[arg(long, value_name = "SIZE")]
-    pub memory: Option<Memory>,
+    pub memory: Option<MemoryBound>,
     /// The site folder, when it is not where the plan was made
     #[arg(long, value_name = "SITE_DIR")]
     pub site: Option<PathBuf>,
@@ -129,7 +130,7 @@ fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     terminal.say(format!(
         "{} tiles for {points} points, each within {:.1} GB: {}",
         plan.tiles().len(),
-        plan.largest_gb(),
+        plan.largest_bytes() as f64 / 1e9,
         args.out.display()
     ));
     Ok(())

@@ -210,8 +210,8 @@ fn what_does_not_belong_together_is_named_and_not_merged() {
     ]);
     assert!(other.code == 2 && other.err.contains("another plan"), "{}", other.err);
 
-    let too_much = tsumu(&["tiles", "run", &text(&plan), "--index", "0", "--memory", "100MB"]);
-    assert!(too_much.code == 2 && too_much.err.contains("--memory 100MB"), "{}", too_much.err);
+    let too_much = tsumu(&["tiles", "run", &text(&plan), "--index", "0", "--memory", "210MB"]);
+    assert!(too_much.code == 2 && too_much.err.contains("--memory 210MB"), "{}", too_much.err);
     let beyond = tsumu(&["tiles", "run", &text(&plan), "--index", "999"]);
     assert!(beyond.code == 2 && beyond.err.contains("999"), "{}", beyond.err);
     let which = tsumu(&["tiles", "run", &text(&plan)]);

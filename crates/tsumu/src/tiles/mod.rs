@@ -14,7 +14,6 @@ mod scan;
 mod status;
 mod work;
 
-pub use memory::{Memory, check_memory};
 pub use plan::{Tile, TileOptions, TilePlan, TiledSite};
 pub use status::TileStatus;
 pub use work::{TileDone, TileRequest};
@@ -48,7 +47,7 @@ pub fn merge_tiles(
 }
 
 /// Surveys with more points than this are cut. Measured: a recognition of the whole needs some 100 MB a million points.
-const MOST_POINTS: usize = 12_000_000;
+pub(crate) const MOST_POINTS: usize = 12_000_000;
 /// And sites with more blocks: about so many block widths squared that were surveyed.
 const MOST_BLOCKS: usize = 4_000;
 

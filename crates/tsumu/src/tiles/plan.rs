@@ -4,7 +4,7 @@
 use super::cell_points::CellFiles;
 use super::facts;
 use super::grid::{Cell, Core, Cut, Grid, Most};
-use super::memory::{self, Memory};
+use super::memory;
 use super::part::PartReader;
 use super::scan::{Scanned, scan};
 use crate::error::OrBadInput;
@@ -14,7 +14,7 @@ use crate::{Error, Job, Result, Settings, Site, catalogue, outputs, site, versio
 use anyhow::{Context, anyhow};
 use io::manifest::{Entry, entry, portable};
 use pipeline::{Config, PileFacts};
-use scene::{Catalog, SensorKind, SiteFrame};
+use scene::{Catalog, MemoryBound, SensorKind, SiteFrame};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,6 +23,8 @@ use std::path::{Path, PathBuf};
 const FORMAT: u32 = 1;
 /// Name in the plan's folder.
 pub(crate) const FILE: &str = "tiles.json";
+/// Memory a tile may need when nobody says otherwise.
+const DEFAULT_MEMORY: &str = "4GB";
 /// Where the points lie in it.
 const POINTS: &str = "points";
 
@@ -34,13 +36,13 @@ pub struct TileOptions {
     /// How far a tile sees beyond what it owns, in lengths of the largest block (d_box).
     pub halo: f64,
     /// Memory that working on a tile may need.
-    pub memory: Memory,
+    pub memory: MemoryBound,
 }
 
 impl Default for TileOptions {
     fn default() -> Self {
         // Beyond 2.5 d_box nothing hides a block: with it 541 blocks of a strip came out as from the whole, occlusion too.
-        Self { blocks: 800, halo: 2.5, memory: Memory::default() }
+        Self { blocks: 800, halo: 2.5, memory: DEFAULT_MEMORY.parse().expect("a test reads it") }
     }
 }
 
@@ -59,8 +61,8 @@ pub struct Tile {
     pub points: u64,
     /// Points it reads.
     pub read_points: u64,
-    /// Memory that working on it needs, GB.
-    pub memory_gb: f64,
+    /// Memory that working on it needs, bytes.
+    pub memory_bytes: u64,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -215,9 +217,9 @@ impl TilePlan {
         })
     }
 
-    /// Most memory any of its tiles needs, GB.
-    pub fn largest_gb(&self) -> f64 {
-        self.tiles().iter().map(|t| t.memory_gb).fold(0.0, f64::max)
+    /// Most memory any of its tiles needs, bytes.
+    pub fn largest_bytes(&self) -> u64 {
+        self.tiles().iter().map(|t| t.memory_bytes).max().unwrap_or(0)
     }
 
     /// Where it lies.
@@ -319,7 +321,7 @@ impl Tile {
             blocks: cut.blocks,
             points: cut.points,
             read_points: cut.read,
-            memory_gb: memory::of_tile_gb(cut.read),
+            memory_bytes: memory::of_tile(cut.read),
         }
     }
 }
@@ -407,7 +409,7 @@ impl Making<'_> {
 
     fn refuse_too_much(&self, cuts: &[Cut], grid: Grid) -> Result<()> {
         let memory = self.what.tiles.memory;
-        let Some(cut) = cuts.iter().find(|c| memory::of_tile_gb(c.read) > memory.gb()) else {
+        let Some(cut) = cuts.iter().find(|c| memory::of_tile(c.read) > memory.bytes()) else {
             return Ok(());
         };
         Err(Error::bad_input(anyhow!(
@@ -415,7 +417,7 @@ impl Making<'_> {
             grid.edge_m,
             cut.core.key(),
             cut.read,
-            memory::of_tile_gb(cut.read)
+            memory::of_tile(cut.read) as f64 / 1e9
         )))
     }
 

@@ -4,7 +4,6 @@
 //! nobody else was first. Working on a tile twice, at once or after being killed, does no harm.
 
 use super::facts::Quiet;
-use super::memory::Memory;
 use super::plan::{Tile, TilePlan};
 use crate::resume::{read_hashed, write_hashed};
 use crate::whole_run::this_program;
@@ -13,7 +12,7 @@ use anyhow::{Context, anyhow};
 use geom::{DVec2, SeedTree, Vec3};
 use io::atomic;
 use pipeline::{Part, PartRecognition, Recogniser};
-use scene::{Catalog, Recognised, Survey};
+use scene::{Catalog, MemoryBound, Recognised, Survey};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,7 +30,7 @@ pub struct TileRequest {
     /// The site folder, where it is not where the plan was made.
     pub site: Option<PathBuf>,
     /// Memory that may be used; `None`: what the plan was made for.
-    pub memory: Option<Memory>,
+    pub memory: Option<MemoryBound>,
 }
 
 /// What became of a tile.
@@ -105,11 +104,11 @@ impl TilePlan {
         if let Some(done) = self.done(key)? {
             return Ok(TileDone { key: key.into(), kept: true, blocks: done.blocks });
         }
-        if let Some(memory) = request.memory.filter(|m| m.gb() < tile.memory_gb) {
+        if let Some(memory) = request.memory.filter(|m| m.bytes() < tile.memory_bytes) {
             return Err(Error::bad_input(anyhow!(
                 "tile `{key}` reads {} points and needs {:.1} GB, more than --memory {memory}; make the plan with that --memory",
                 tile.read_points,
-                tile.memory_gb
+                tile.memory_bytes as f64 / 1e9
             )));
         }
         let catalog = self.catalog(request.site.as_deref(), job)?;
