@@ -14,7 +14,7 @@ use crate::{Error, Job, Result, Settings, Site, catalogue, outputs, site, versio
 use anyhow::{Context, anyhow};
 use io::manifest::{Entry, entry, portable};
 use pipeline::{Config, PileFacts};
-use scene::{Catalog, MemoryBound, SensorKind, SiteFrame};
+use scene::{Catalog, MemoryBound, SensorKind, SiteFrame, SiteSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -280,16 +280,18 @@ impl TilePlan {
 
     /// The catalogue of the site, which must be the one the plan was made with.
     pub(crate) fn catalog(&self, site: Option<&Path>, job: &Job) -> Result<Catalog> {
-        let files = io::site::load(site.unwrap_or(self.site())).or_bad_input()?;
-        let name = portable(&files.spec.catalog);
-        let stated = self.content.inputs.get(&name);
-        if stated != Some(&entry(&files.catalog_file).or_bad_input()?) {
+        // Who works on tiles need not have the surveys.
+        let folder = site.unwrap_or(self.site());
+        let spec: SiteSpec = io::site::read_toml(&folder.join("site.toml")).or_bad_input()?;
+        let file = folder.join(&spec.catalog);
+        let stated = self.content.inputs.get(&portable(&spec.catalog));
+        if stated != Some(&entry(&file).or_bad_input()?) {
             return Err(Error::bad_input(anyhow!(
                 "{}: was changed since the plan was made; make it again with `tsumu tiles plan`",
-                files.catalog_file.display()
+                file.display()
             )));
         }
-        catalogue::models(&files.catalog, &files.catalog_file, job)
+        catalogue::read(&file, job)
     }
 
     pub(crate) fn points_of(&self) -> PartReader<'_> {
