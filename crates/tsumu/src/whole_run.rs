@@ -90,9 +90,10 @@ impl<'a> WholeRun<'a> {
         let found = match (&self.tiles, self.tiles_folder()) {
             (Some(plan), _) => plan.recognition(self.site, job)?,
             (None, Some(folder)) => self.recognise_in_tiles(&folder)?,
-            (None, None) => {
-                job.install(|| self.site.recognise_in_parts(&self.weights, &self.parts))?
-            }
+            (None, None) => job.install(|| {
+                let options = &self.options.recognise;
+                self.site.recognise_in_parts(&self.weights, options, &self.parts)
+            })?,
         };
         self.new_run()?.keep(&found)?;
         job.done("write recognise");

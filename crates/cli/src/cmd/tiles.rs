@@ -121,7 +121,10 @@ fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     tsumu::check_first(&args.site, job)?;
     let what = TiledSite {
         settings: Settings { file: args.config.clone(), seed: args.seed, ..Settings::default() },
-        recognise: RecogniseOptions { weights: args.model.clone() },
+        recognise: RecogniseOptions {
+            weights: args.model.clone(),
+            ..RecogniseOptions::default()
+        },
         tiles: TileOptions { blocks: args.blocks_per_tile, halo: args.halo, memory: args.memory },
     };
     let plan = TilePlan::make(&args.site, &args.out, &what, job)?;

@@ -57,7 +57,8 @@ impl TilePlan {
         let review = review::apply(site.review.as_ref(), catalog, frame, &mut blocks, job)?;
         let weights = crate::weights::choose(self.weights(), catalog, &geom::Silent)?.origin;
         let segments = labels.segments(hypotheses);
-        Ok(Recognition { segments, blocks, pile, weights, review })
+        // Both halves of a survey are compared where it is recognised whole.
+        Ok(Recognition { segments, blocks, pile, weights, review, self_check: None })
     }
 
     /// The plan must be one of this site.
