@@ -12,6 +12,8 @@
 //! ```
 
 mod before;
+mod block_look;
+mod block_size;
 mod catalogue;
 mod comparison;
 mod dataset;
@@ -36,6 +38,7 @@ mod review;
 mod review_matching;
 mod run;
 mod run_folder;
+mod self_check;
 mod settings;
 mod sheet_font;
 mod site;
@@ -49,6 +52,7 @@ mod whole_run;
 mod written;
 
 pub use before::{cannot, check, check_first, init, write_map};
+pub use block_size::{BlockFit, FitOptions, fit_blocks};
 pub use catalogue::{RecipeInputs, read_recipe};
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
@@ -63,11 +67,12 @@ pub use input_kinds::InputKinds;
 pub use job::{Cancel, Job};
 pub use labelled::check_labelled;
 pub use memory::MemoryLimit;
+pub use metrics::{Repeatability, Split};
 pub use outputs::json_value;
 pub use page::Page;
 pub use pipeline::Method;
 pub use planning::{PlanOptions, Planned, kept_of};
-pub use preflight::{FirstSite, Preflight};
+pub use preflight::{FirstSite, Preflight, SurveyLook};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};

@@ -152,10 +152,15 @@ impl Form {
             );
             return Err(input.malformed(at, what));
         }
-        let counts = rows.windows(2).all(|w| w[1][0] - w[0][0] == 1.0) && rows.len() >= 3;
+        // Whole numbers that grow, in steps or with gaps, beside coordinates that are not whole.
+        let whole = rows.iter().all(|r| r[0].fract() == 0.0);
+        let grow = rows.windows(2).all(|w| w[1][0] > w[0][0]) && rows.len() >= 3;
+        let one_by_one = rows.windows(2).all(|w| w[1][0] - w[0][0] == 1.0);
+        let fine = rows.iter().any(|r| r[1..].iter().any(|v| v.fract() != 0.0));
+        let counts = whole && grow && (one_by_one || fine);
         // A row of a grid counts too, but its second coordinate stands still.
         let moves = rows.windows(2).any(|w| w[1].get(1) != w[0].get(1));
-        if wide && counts && moves && rows[0][0].fract() == 0.0 {
+        if wide && counts && moves {
             let what = format!(
                 "the first column counts {}, {}, {} …: the numbers of the points, or their first coordinate? Write the names of the columns into the first line, e.g. `number x y z`",
                 rows[0][0], rows[1][0], rows[2][0]
