@@ -55,9 +55,8 @@ pub(crate) fn prepare_with<'a>(
     let level_part = facts.and_then(|f| f.lines.as_ref()).map(|lines| lines.taken_out_of(survey));
     let canonical = Canonical::new(level_part.as_ref().unwrap_or(survey), segmentation);
     let own_lines = config.levelling && facts.is_none();
-    let levelled = own_lines
-        .then(|| levelled(&canonical.survey, &templates, config, observer))
-        .flatten();
+    let levelled =
+        own_lines.then(|| levelled(&canonical.survey, &templates, config, observer)).flatten();
     let (survey, noise_sd_m) = match &levelled {
         Some((survey, noise_sd_m)) => (survey, Some(*noise_sd_m)),
         None => (&canonical.survey, None),

@@ -45,9 +45,7 @@ pub(crate) struct Need {
 impl Need {
     /// Peak memory, bytes.
     pub fn bytes(self) -> u64 {
-        PROGRAM_BYTES
-            .saturating_add(self.point_bytes())
-            .saturating_add(self.raster_bytes)
+        PROGRAM_BYTES.saturating_add(self.point_bytes()).saturating_add(self.raster_bytes)
     }
 
     fn point_bytes(self) -> u64 {

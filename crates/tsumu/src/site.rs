@@ -12,9 +12,7 @@ use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{
-    Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, SiteFrame, Survey,
-};
+use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, SiteFrame, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -10,8 +10,8 @@ use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{
-    Error, Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions,
-    Settings, Site, WholeRun,
+    Error, Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, Settings,
+    Site, WholeRun,
 };
 
 /// Everything for one site: segment, recognise, plan, report.

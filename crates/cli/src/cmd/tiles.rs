@@ -7,8 +7,8 @@ use scene::MemoryBound;
 use std::path::{Path, PathBuf};
 use terminal::Terminal;
 use tsumu::{
-    Error, Job, RecogniseOptions, Result, RunOptions, Settings, TileOptions, TilePlan,
-    TileRequest, TiledSite, WholeRun,
+    Error, Job, RecogniseOptions, Result, RunOptions, Settings, TileOptions, TilePlan, TileRequest,
+    TiledSite, WholeRun,
 };
 
 /// Cut a large site into tiles, work on them one at a time, merge them into a run
@@ -121,10 +121,7 @@ fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     tsumu::check_first(&args.site, job)?;
     let what = TiledSite {
         settings: Settings { file: args.config.clone(), seed: args.seed, ..Settings::default() },
-        recognise: RecogniseOptions {
-            weights: args.model.clone(),
-            ..RecogniseOptions::default()
-        },
+        recognise: RecogniseOptions { weights: args.model.clone(), ..RecogniseOptions::default() },
         tiles: TileOptions { blocks: args.blocks_per_tile, halo: args.halo, memory: args.memory },
     };
     let plan = TilePlan::make(&args.site, &args.out, &what, job)?;
