@@ -1,8 +1,11 @@
 //! What the programs share at a terminal: flags for output, progress for people and for machines, how a command ends.
 
+#[cfg(unix)]
+mod abort;
 mod fault;
 mod flags;
 mod terminal;
+mod watch;
 
 pub use flags::Output;
 pub use terminal::Terminal;
@@ -26,5 +29,7 @@ fn code(error: &Error) -> u8 {
     match error.kind() {
         Kind::BadInput => 2,
         Kind::Failed | Kind::Stopped => 1,
+        // EX_TEMPFAIL of sysexits.h: what schedulers take for "try again".
+        Kind::TryAgain => 75,
     }
 }
