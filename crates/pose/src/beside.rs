@@ -51,7 +51,8 @@ impl Rows {
             .filter(|c| self.is_new(c, templates))
             .map(|c| (*c).clone())
             .collect();
-        let moved = |c: &Candidate| place.along_faces(c.template, c.at, &[&FAR[..], &NEAR].concat());
+        let moved =
+            |c: &Candidate| place.along_faces(c.template, c.at, &[&FAR[..], &NEAR].concat());
         let mut found: Vec<Candidate> = last.par_iter().map(moved).collect();
         found.retain(|c| self.is_new(c, templates));
         last.extend(found.iter().cloned());

@@ -69,8 +69,7 @@ pub fn points_beyond(
         let seen = template.field.at(p);
         if seen.0 > 0.0 && seen.0 < strip {
             let normal = block_from_site.rotation * measured.normal[i as usize];
-            beyond +=
-                usize::from(goes_on(template, p, normal, seen, reach_m) && counts(i));
+            beyond += usize::from(goes_on(template, p, normal, seen, reach_m) && counts(i));
         }
     });
     beyond
@@ -90,9 +89,7 @@ mod tests {
         let catalog = Catalog::new(vec![cube, tetrapod]);
         let templates = templates(&catalog, &PoseConfig::default(), SeedTree::new(1)).unwrap();
         let cube = templates.iter().find(|t| t.model.name == "cube").unwrap();
-        let on = |p: Vec3, normal: Vec3| {
-            goes_on(cube, p, normal, cube.field.at(p), 0.02)
-        };
+        let on = |p: Vec3, normal: Vec3| goes_on(cube, p, normal, cube.field.at(p), 0.02);
         assert!(on(Vec3::new(0.52, 0.1, 0.5), Vec3::Z));
         // The next cube's side, a lower surface, the cube's own face.
         assert!(!on(Vec3::new(0.52, 0.1, 0.3), Vec3::NEG_X));

@@ -97,7 +97,8 @@ fn collect(seed: u64, repeats: u64, out: &mut Features) {
                 if let Some(made) = piles::pile(own, &recipe, seed) {
                     found += &rows(&condition, &made.survey, own, Some(&made));
                     let wrong = wrong_catalogue(own, s, step, seed);
-                    found += &rows(&format!("{}/{condition}", wrong.0), &made.survey, &wrong.1, None);
+                    found +=
+                        &rows(&format!("{}/{condition}", wrong.0), &made.survey, &wrong.1, None);
                 }
                 out.add(&condition, &found);
             }
@@ -116,12 +117,7 @@ fn collect(seed: u64, repeats: u64, out: &mut Features) {
 }
 
 /// A catalogue of what does not lie there: a wrong size or a wrong shape.
-fn wrong_catalogue(
-    own: &Catalog,
-    s: usize,
-    step: usize,
-    seed: SeedTree,
-) -> (String, Catalog) {
+fn wrong_catalogue(own: &Catalog, s: usize, step: usize, seed: SeedTree) -> (String, Catalog) {
     let mut rng = seed.child("wrong", 0).rng();
     if step.is_multiple_of(2) {
         let sizes = [0.82, 0.9, 0.94, 0.96, 1.04, 1.06, 1.1, 1.2];
@@ -135,12 +131,7 @@ fn wrong_catalogue(
 }
 
 /// A row for every accepted block of a survey; without truth all are wrong.
-fn rows(
-    condition: &str,
-    survey: &Survey,
-    catalog: &Catalog,
-    truth: Option<&SynthScene>,
-) -> String {
+fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&SynthScene>) -> String {
     let evidence = EvidenceConfig { min_confidence: 0.0, max_shared: 0.2, ..Default::default() };
     let config = PoseConfig { evidence, ..Default::default() };
     let n = survey.cloud.len();
@@ -190,4 +181,3 @@ fn rows(
     }
     out
 }
-

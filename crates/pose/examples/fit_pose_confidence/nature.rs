@@ -91,4 +91,3 @@ pub fn nature(kind: usize, catalog: &Catalog, seed: SeedTree) -> Survey {
         ..Default::default()
     }
 }
-
