@@ -90,7 +90,7 @@ class Sweep:
         if code != 0:
             sys.exit(f"the undisturbed run ends with {code}: {said}")
         self.reference = bytes_below(self.whole)
-        self.loader_calls = self.count("mmap", ["env", "LD_TRACE_LOADED_OBJECTS=1"])
+        self.loader_calls = self.count("mmap", ["-E", "LD_TRACE_LOADED_OBJECTS=1"])
 
     def fresh(self):
         return os.path.join(tempfile.mkdtemp(dir=self.work), "run")
@@ -107,7 +107,7 @@ class Sweep:
     def count(self, name, before=()):
         """Calls of the thread that makes most of them: strace counts each thread's own."""
         log = os.path.join(self.work, "count.log")
-        subprocess.run(["strace", "-f", "-qq", "-o", log, "-e", f"trace={name}", *before, *self.run_in(self.fresh())],
+        subprocess.run(["strace", *before, "-f", "-qq", "-o", log, "-e", f"trace={name}", *self.run_in(self.fresh())],
                        check=True, stdout=subprocess.DEVNULL)
         with open(log) as file:
             threads = collections.Counter(line.split(None, 1)[0] for line in file if f" {name}(" in line)

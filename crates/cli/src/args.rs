@@ -30,6 +30,8 @@ pub enum Command {
     Check(cmd::check::CheckArgs),
     /// Everything for one site: segment, recognise, plan, report
     Run(cmd::run::RunArgs),
+    /// Cut a large site into tiles, work on them one at a time, merge them into a run
+    Tiles(cmd::tiles::TilesArgs),
     /// Label every point of a cloud with the block it belongs to
     Segment(cmd::segment::SegmentArgs),
     /// Find pose and type of every block in a cloud
@@ -48,6 +50,8 @@ pub enum Command {
     Sign(cmd::sign::SignArgs),
     /// Make synthetic piles with known truth, scanned like a survey
     Synth(cmd::synth::SynthArgs),
+    /// Open the page: the same work in the browser, without a command line
+    Open(cmd::open::OpenArgs),
     /// Print the completion script of a shell
     Completions(cmd::completions::CompletionsArgs),
     /// Write the manual pages

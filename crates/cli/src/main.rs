@@ -2,6 +2,7 @@
 
 mod args;
 mod cmd;
+mod double_click;
 mod words;
 
 use args::Command;
@@ -15,7 +16,7 @@ use tsumu::Job;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    let options = args::Options::parse();
+    let options = args::Options::parse_from(double_click::arguments());
     let terminal = Terminal::new(&options.output);
     terminal::end(&terminal, || {
         let job = terminal.job()?;
@@ -26,9 +27,10 @@ fn main() -> ExitCode {
 fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<()> {
     match command {
         Command::Init(args) => cmd::init::init(args, terminal, job),
-        Command::Blocks(args) => cmd::blocks::blocks(args, terminal),
+        Command::Blocks(args) => cmd::blocks::blocks(args, terminal, job),
         Command::Check(args) => cmd::check::check(args, terminal, job),
         Command::Run(args) => cmd::run::run(args, terminal, job),
+        Command::Tiles(args) => cmd::tiles::tiles(args, terminal, job),
         Command::Segment(args) => cmd::segment::segment(args, terminal, job),
         Command::Recognise(args) => cmd::recognise::recognise(args, terminal, job),
         Command::Plan(args) => cmd::plan::plan(args, terminal, job),
@@ -38,6 +40,7 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::Verify(args) => cmd::verify::verify(args, terminal),
         Command::Sign(args) => cmd::sign::sign(args, terminal),
         Command::Synth(args) => cmd::synth::synth(args, terminal, job),
+        Command::Open(args) => cmd::open::open(args, terminal, job),
         Command::Completions(args) => cmd::completions::completions::<args::Options>(args),
         Command::Man(args) => cmd::man::man::<args::Options>(args, terminal),
     }

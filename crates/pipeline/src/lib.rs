@@ -3,13 +3,18 @@
 //! In: a survey, a catalogue, a design surface. Out: recognised blocks and a plan. No algorithm lives here;
 //! each line is a stage's verb.
 
+mod cells;
 mod error;
+mod method;
 mod recogniser;
+pub mod sizes;
 pub mod survey;
 
+pub use cells::as_points;
 pub use error::PipelineError;
-pub use pose::PileVerdict;
-pub use recogniser::{Recogniser, Recognition};
+pub use method::Method;
+pub use pose::{LineShifts, Part, PileFacts, PileVerdict};
+pub use recogniser::{PartRecognition, Recogniser, Recognition};
 
 use geom::{Observer, SeedTree, Vec3};
 use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty};
@@ -23,6 +28,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// Whose values stand where nothing else is said; only this word of it, the values are in the tables.
+    #[serde(skip_serializing_if = "Method::is_default")]
+    pub method: Method,
     /// Which points can hold blocks at all.
     pub background: BackgroundConfig,
     /// Settings of segmentation.

@@ -30,7 +30,7 @@ pub use input::{
     Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, ReportInput,
     Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
 };
-pub use page::html;
+pub use page::{STYLE, html};
 pub use picture::{pile_picture, site_picture};
 pub use script::MODULES;
 pub use sheets::{SheetFont, SheetSet, sheets};

@@ -99,6 +99,11 @@ impl<'a> Job<'a> {
         self.event(Event::Part { part, state: PartState::Done });
     }
 
+    /// Whether somebody asked it to stop.
+    pub fn is_stopped(&self) -> bool {
+        self.cancelled()
+    }
+
     /// Does the work on the job's threads.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.threads {

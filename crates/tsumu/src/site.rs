@@ -1,17 +1,18 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
+use crate::block_size::entry_sizes_m;
 use crate::error::OrBadInput;
 use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
 use crate::surveys::{self, Clouds, Joined};
-use crate::{Error, Job, Result, Settings, catalogue};
+use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::{DVec3, Observer};
+use geom::{DVec3, Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, SiteFrame, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -53,8 +54,20 @@ pub struct Site {
     pub inputs: BTreeMap<String, Entry>,
     /// Where those files lie.
     pub(crate) input_files: Vec<PathBuf>,
+    /// The measure that each entry of the catalogue states, metres: a shape's `size`, a mesh's longest edge.
+    pub(crate) entry_sizes_m: Vec<f32>,
     /// The points' places in their file, where one file with records is the whole survey.
     pub(crate) records: Option<OwnRecords>,
+}
+
+/// Warns when what a method's word promises does not stand.
+fn tell_departures(config: &Config, job: &Job) -> Result<()> {
+    let departures = settings::departures(config)?;
+    if !departures.is_empty() {
+        let message = format!("not as the method has it: {}", departures.join(", "));
+        job.event(Event::Warned(Warning { stage: "read", message }));
+    }
+    Ok(())
 }
 
 impl Site {
@@ -67,6 +80,7 @@ impl Site {
     pub fn load_with(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
         let files = io::site::load(folder).or_bad_input()?;
         let config = settings.of_site(&files.spec)?;
+        tell_departures(&config, job)?;
         let memory = settings.memory.or(files.spec.memory);
         bound_memory(memory, &files.survey_files, files.spec.area.is_some(), job)?;
         let mut inputs = BTreeMap::new();
@@ -83,10 +97,12 @@ impl Site {
         }
         let review = io::review::read(&review_file).or_bad_input()?;
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
-        let Joined { survey, mut references, records } = surveys::of_site(&files, job)?;
+        let entry_sizes_m = entry_sizes_m(&files.catalog, &catalog);
+        let Joined { survey, mut references, steps_m, records } = surveys::of_site(&files, job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
-        let ground = ground(&files, &survey);
+        let ground = ground(&files, &survey.frame);
         let site = Self {
             name: files.spec.name.clone(),
             survey_date: files.spec.survey_date.clone(),
@@ -101,6 +117,7 @@ impl Site {
             ground,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
@@ -116,6 +133,7 @@ impl Site {
         job: &Job,
     ) -> Result<Self> {
         let config = settings.alone()?;
+        tell_departures(&config, job)?;
         bound_memory(settings.memory, &clouds.files, clouds.area.is_some(), job)?;
         let (mut inputs, mut input_files) = (BTreeMap::new(), Vec::new());
         for file in clouds.files.iter().map(PathBuf::as_path).chain([catalog]).chain(review) {
@@ -123,8 +141,11 @@ impl Site {
             inputs.insert(portable(name), entry(file).or_bad_input()?);
             input_files.push(file.to_path_buf());
         }
-        let catalog = catalogue::read(catalog, job)?;
-        let Joined { survey, records, .. } = clouds.survey(job)?;
+        let spec = io::site::load_catalog(catalog).or_bad_input()?;
+        let catalog = catalogue::models(&spec, catalog, job)?;
+        let entry_sizes_m = entry_sizes_m(&spec, &catalog);
+        let Joined { survey, steps_m, records, .. } = clouds.survey(job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let site = Self {
             name: String::new(),
             survey_date: String::new(),
@@ -139,6 +160,7 @@ impl Site {
             memory: settings.memory,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
@@ -219,6 +241,29 @@ impl Site {
         }
     }
 
+    /// `fits 2.79 ± 0.01 m; the catalogue says 2.00`, or, with several types, the same as a share; `None`: too few blocks tell.
+    pub fn size_sentence(&self, found: &Recognition) -> Option<String> {
+        let size = found.pile.size?;
+        let over = format!("over {} blocks", size.blocks);
+        let mut found = scene::stated(&found.blocks).map(|(_, fit)| fit.model);
+        let first = found.next().or_else(|| self.catalog.iter().next().map(|(id, _)| id))?;
+        let alone = found.all(|model| model == first) && self.catalog.len() == 1;
+        let entry_m = self.entry_sizes_m.get(usize::from(first.0)).filter(|_| alone);
+        Some(match entry_m {
+            Some(entry_m) => format!(
+                "`{}` fits {:.2} ± {:.2} m {over}; the catalogue says {entry_m:.2}",
+                self.catalog.get(first).name,
+                entry_m * size.factor,
+                entry_m * size.factor_sd
+            ),
+            None => format!(
+                "the blocks fit {:.1} ± {:.1} % of the catalogue's sizes {over}",
+                100.0 * size.factor,
+                100.0 * size.factor_sd
+            ),
+        })
+    }
+
     /// Where a run of this site is kept unless another folder is named.
     pub fn run_folder(&self) -> PathBuf {
         self.folder.as_deref().unwrap_or(Path::new(".")).join("run")
@@ -291,8 +336,8 @@ fn design(
 }
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.
-fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
-    let origin = survey.frame.origin;
+pub(crate) fn ground(site: &io::site::Site, frame: &SiteFrame) -> Option<Ground> {
+    let origin = frame.origin;
     site.spec.ground.map(|ground| match ground {
         GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
         GroundSpec::Plane(plane) => {
@@ -300,7 +345,7 @@ fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
             let normal =
                 DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
             let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
-            Ground::Plane { point: survey.frame.local_from_site(point), normal }
+            Ground::Plane { point: frame.local_from_site(point), normal }
         }
     })
 }

@@ -2,11 +2,12 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 17] = [
     "init",
     "blocks",
     "check",
     "run",
+    "tiles",
     "segment",
     "recognise",
     "plan",
@@ -16,6 +17,7 @@ const COMMANDS: [&str; 15] = [
     "verify",
     "sign",
     "synth",
+    "open",
     "completions",
     "man",
 ];

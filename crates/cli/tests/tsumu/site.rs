@@ -91,10 +91,12 @@ impl From<Output> for Ran {
     }
 }
 
-/// Runs the program.
+/// Runs the program, as if there were no screen: without arguments it would open its page.
 pub fn tsumu<A: AsRef<std::ffi::OsStr>>(args: &[A]) -> Ran {
     Command::new(env!("CARGO_BIN_EXE_tsumu"))
         .args(args)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("the program starts")
         .into()
