@@ -253,7 +253,6 @@ fn faults(_: &mut Tests) -> Result<Went> {
     Ok(Went::Well)
 }
 
-<<<<<<< HEAD
 /// The same bytes on a processor of another class, by an emulator.
 fn processors(_: &mut Tests) -> Result<Went> {
     let emulated = works(command("qemu-x86_64", ["--version"]));
@@ -265,7 +264,9 @@ fn processors(_: &mut Tests) -> Result<Went> {
     done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
     let program = built().join("release/tsumu").display().to_string();
     done(command("python3", ["tools/processors.py", &program]))?;
-=======
+    Ok(Went::Well)
+}
+
 /// Tiles by a Dask cluster of which a worker is killed: the bytes of tiles worked on one by one.
 fn tiles(_: &mut Tests) -> Result<Went> {
     let work = built().join("xtask-tiles");
@@ -292,7 +293,6 @@ fn tiles(_: &mut Tests) -> Result<Went> {
     done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
     let program = built().join("release/tsumu").display().to_string();
     done(command(&python, ["tools/check_tiles.py", &program, &at("work")]))?;
->>>>>>> main
     Ok(Went::Well)
 }
 

@@ -249,7 +249,6 @@ fn random_unions_are_solid_compact_and_repeatable() {
     assert!(warnings(&catalog).is_empty());
 }
 
-<<<<<<< HEAD
 /// A dolos of 1e-40 m once ended in a panic, for a hull of corners that fall together.
 #[test]
 fn no_size_of_any_shape_is_a_fault() {
@@ -282,7 +281,8 @@ fn no_size_of_any_shape_is_a_fault() {
             assert!(error.is_some(), "{:?} is taken", shape(size));
         }
     }
-=======
+}
+
 /// `shell-twice.stl`: a cube, every triangle twice, was once 16 m³ instead of 8.
 #[test]
 fn shell_twice() {
@@ -320,5 +320,4 @@ fn rounded_corners_make_the_same_block() {
     assert_eq!((a.parts.len(), a.symmetry.order()), (b.parts.len(), b.symmetry.order()));
     assert!((a.volume_m3 - b.volume_m3).abs() < 1e-4);
     assert!((a.parts_volume_ratio - b.parts_volume_ratio).abs() < 0.02);
->>>>>>> main
 }

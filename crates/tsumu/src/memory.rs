@@ -13,13 +13,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const PROGRAM_BYTES: u64 = 220_000_000;
 /// Peak of a whole run a point of its surveys with their blocks: positions as the file has them, in the local frame, labels, and the clouds that
 /// are written (docs/bench/files.md has the measurements).
-<<<<<<< HEAD
 const POINT_BYTES: u64 = 180;
-=======
-const POINT_BYTES: u64 = 130;
 /// The same where the site is cut into tiles: positions and labels alone are held of all points.
 const POINT_BYTES_IN_TILES: u64 = 70;
->>>>>>> main
 
 /// What bounds the memory of a job, once its site or its command has said so. Whoever watches the program asks it; clones are
 /// of the same job.

@@ -66,13 +66,9 @@ impl<'a> WholeRun<'a> {
             folder: new.folder,
             weights,
             proposer,
-<<<<<<< HEAD
+            tiles: None,
             // What lies there is known for certain once the folder is locked.
             written: Written::begin(folder),
-=======
-            tiles: None,
-            written: new.written,
->>>>>>> main
             parts,
         })
     }
