@@ -275,7 +275,8 @@ fn no_size_of_any_shape_is_a_fault() {
             }
         }
         assert!(blocks::shape_model("b", shape(2.0), 2300.0).is_ok(), "{:?}", shape(2.0));
-        let beyond = [1e-40, 1e-30, 9.9e-4, 100.1, 1e30, f32::MAX, f32::INFINITY, f32::NAN, -1.0, 0.0];
+        let beyond =
+            [1e-40, 1e-30, 9.9e-4, 100.1, 1e30, f32::MAX, f32::INFINITY, f32::NAN, -1.0, 0.0];
         for size in beyond {
             let error = blocks::shape_model("b", shape(size), 2300.0).err();
             assert!(error.is_some(), "{:?} is taken", shape(size));

@@ -22,7 +22,8 @@ side_blocks = 2.0
 kind = "gaussian"
 noise_sd_m = 0.01
 "#;
-const CATALOG: &str = "[[block]]\nname = \"tetrapod-5t\"\nshape = { kind = \"tetrapod\", size = 2.0 }\n";
+const CATALOG: &str =
+    "[[block]]\nname = \"tetrapod-5t\"\nshape = { kind = \"tetrapod\", size = 2.0 }\n";
 const SITE: &str = r#"
 name = "Small"
 crs = "EPSG:6679"
@@ -168,7 +169,8 @@ fn no_damage_of_a_site_ends_in_a_panic() {
     let mut told = Told::default();
     let all = names(site_folder.path());
     assert_eq!(all.len(), 3, "{all:?}");
-    let settings = Settings { plans: Some(0), memory: Some("2GB".parse().unwrap()), ..Settings::default() };
+    let settings =
+        Settings { plans: Some(0), memory: Some("2GB".parse().unwrap()), ..Settings::default() };
     for i in 0..mutants(240) {
         let name = &all[(i % 3) as usize];
         let path = site_folder.path().join(name);
