@@ -8,7 +8,9 @@ use crate::surveys::{self, Joined};
 use crate::{Job, Settings, catalogue};
 use geom::{DVec3, Silent, Vec3};
 use io::site::Site;
-use pipeline::sizes::{REFUSED_FROM, SizeProposal, SizeSearch, WARNED_FROM, fit_sizes, relief_m, windows};
+use pipeline::sizes::{
+    REFUSED_FROM, SizeProposal, SizeSearch, WARNED_FROM, fit_sizes, relief_m, windows,
+};
 use pipeline::survey::{Limit, SurveyFacts, not_judgeable};
 use preflight::{Preflight, SizeLook, SurfaceLook, SurveyLook, Texture};
 use scene::{Area, BlockModel, Catalog, CatalogSpec, Complaint, Survey};
