@@ -268,7 +268,9 @@ pub(super) fn decode_records(
         let [id, kind, trust] = header.extra.values(record);
         let fail = |name: &str, v: f64| IoError::malformed(path, place(i), not_a_label(name, v));
         if instance {
-            ids.push(label(id, u32::MAX).ok_or_else(|| fail("instance", id))?);
+            let none = options.minus_one.filter(|_| id == -1.0);
+            let number = none.or_else(|| label(id, u32::MAX));
+            ids.push(number.ok_or_else(|| fail("instance", id))?);
         }
         if model {
             models.push(label(kind, u16::MAX.into()).ok_or_else(|| fail("model", kind))? as u16);

@@ -37,6 +37,7 @@ pub fn stream_with(
     let head = lines.look_ahead(input, LOOKED_AT)?.to_vec();
     let form = Form::of(input, &head, options.plane)?;
     let mut columns = form.columns;
+    columns.minus_one = options.minus_one.or(columns.minus_one);
     if !options.labels {
         (columns.instance, columns.model, columns.confidence) = (None, None, None);
     }
@@ -286,8 +287,8 @@ fn push(
     batch.position.push(p);
     if let (Some(i), Some(column)) = (columns.instance, &mut batch.instance) {
         let v = number("instance", i)?;
-        let none = columns.label && v == -1.0;
-        let id = label(if none { 0.0 } else { v }, u32::MAX);
+        let none = columns.minus_one.filter(|_| v == -1.0);
+        let id = none.or_else(|| label(v, u32::MAX));
         column.push(id.ok_or_else(|| input.malformed(at, not_a_label("instance", v)))?);
     }
     if let (Some(i), Some(column)) = (columns.model, &mut batch.model) {
