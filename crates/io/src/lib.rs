@@ -5,12 +5,14 @@
 
 pub mod alignment_file;
 pub mod as_built_csv;
+pub mod as_placed_csv;
 pub mod atomic;
 pub mod block_points_csv;
 pub mod blocks_csv;
 pub mod changes_csv;
 pub mod changes_geojson;
 pub mod changes_gpkg;
+pub mod choices_csv;
 pub mod covariance_csv;
 pub mod crs;
 pub mod design_file;
@@ -28,6 +30,7 @@ mod input;
 pub mod label_cloud;
 pub mod landxml;
 pub mod las;
+pub mod lifts_csv;
 pub mod manifest;
 pub mod mesh;
 pub mod not_judged_csv;
@@ -40,6 +43,7 @@ pub mod points;
 pub mod polygon;
 pub mod qgis_project;
 pub mod raster;
+pub mod ratings;
 pub mod read_options;
 pub mod relabel;
 pub mod review;
@@ -52,6 +56,7 @@ pub mod text_lines;
 pub mod thinning;
 pub mod tin;
 pub mod tin_thinning;
+pub mod unfilled_csv;
 pub mod xlsx;
 
 mod csv_table;

@@ -72,15 +72,25 @@ impl Span {
         if observer.cancelled() {
             return Err(ReproduceError::Stopped);
         }
-        let input = PlanInput {
+        Ok(plan::plans_over_volumes(&self.input(), config, volumes_m3, seed, observer)?)
+    }
+
+    /// What planning is given.
+    pub fn input(&self) -> PlanInput<'_> {
+        PlanInput {
             scene: &self.scene,
             frame: &self.frame,
             design: &self.design,
             catalog: &self.catalog,
             placed: &[],
             proposer: Some(&self.model),
-        };
-        Ok(plan::plans_over_volumes(&input, config, volumes_m3, seed, observer)?)
+        }
+    }
+
+    /// Volume of a block that is added.
+    pub fn supplement_volume_m3(&self) -> f64 {
+        let id = self.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue");
+        f64::from(self.catalog.get(id).volume_m3)
     }
 
     /// What its plans depend on beside their settings, in one line.

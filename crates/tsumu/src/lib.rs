@@ -13,6 +13,7 @@
 
 mod before;
 mod catalogue;
+mod choices;
 mod comparison;
 mod dataset;
 mod drawings;
@@ -20,12 +21,15 @@ mod error;
 mod evaluate;
 mod job;
 mod labelled;
+mod lifts;
 mod local_survey;
 mod lock;
+mod next;
 mod outputs;
 mod own_records;
 mod page;
 mod planning;
+mod ratings;
 mod recognition;
 mod resume;
 mod review;
@@ -39,12 +43,14 @@ mod stored;
 mod summary;
 mod surveys;
 mod synthetic_site;
+mod unfilled;
 pub mod version;
 mod weights;
 mod whole_run;
 
 pub use before::{cannot, check, check_first, init};
 pub use catalogue::{RecipeInputs, read_recipe};
+pub use choices::PlanChoice;
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
     compare_with_plan, read_stable_ground,
@@ -54,17 +60,21 @@ pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
 pub use job::{Cancel, Job};
 pub use labelled::check_labelled;
+pub use next::NextLift;
 pub use outputs::json_value;
 pub use page::Page;
 pub use planning::{PlanOptions, Planned, kept_of};
 pub use preflight::{FirstSite, Preflight};
+pub use ratings::{RatingsRecord, WeightRecord};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};
 pub use run_folder::RunFolder;
 pub use settings::Settings;
 pub use site::Site;
-pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary};
+pub use summary::{
+    CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary, TypeCount, UnfilledCount,
+};
 pub use surveys::Clouds;
 pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
 pub use weights::{WeightsOrigin, load as load_weights};

@@ -4,7 +4,7 @@ use crate::planning::Planned;
 use crate::recognition::{Recognition, Segments};
 use crate::run_folder::RunFolder;
 use crate::summary::RecogniseSummary;
-use crate::{Result, Site};
+use crate::{Result, Site, choices, lifts, ratings, unfilled};
 use geom::DVec3;
 use io::RawCloud;
 use io::blocks_csv::BlockRow;
@@ -117,5 +117,11 @@ pub(crate) fn write_plan(run: &RunFolder, site: &Site, planned: &Planned) -> Res
         .map(|p| PlacementRow::of(p, &site.catalog, &site.survey.frame))
         .collect();
     io::placements_csv::write(&run.placements(), &rows)?;
+    unfilled::write(&run.unfilled(), site, &planned.unfilled)?;
+    lifts::write(&run.lifts(), site, &planned.plan, &planned.lifts)?;
+    if !planned.choices.is_empty() {
+        choices::write(run, site, &planned.choices)?;
+    }
+    site.learned.iter().try_for_each(|learned| ratings::write(&run.weights(), learned))?;
     write_json(&run.plan_summary(), &planned.summary())
 }

@@ -18,6 +18,8 @@ pub struct Settings {
     pub policy: Option<Policy>,
     /// How many plans the range of the count is taken from; 0: no range.
     pub plans: Option<u32>,
+    /// Trials a block in which a plan is improved.
+    pub improve: Option<f32>,
     /// Root of all random choices; `None`: the site's.
     pub seed: Option<u64>,
 }
@@ -49,6 +51,9 @@ impl Settings {
         let mut config: Config = toml::Value::Table(tables).try_into().or_bad_input()?;
         if let Some(policy) = self.policy {
             config.plan.policy = policy;
+        }
+        if let Some(improve) = self.improve {
+            config.plan.search.improve = improve;
         }
         if let Some(plans) = self.plans {
             config.plan.uncertainty.seeds = plans;

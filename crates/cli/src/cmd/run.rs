@@ -55,6 +55,7 @@ impl RunArgs {
             file: self.config.clone(),
             policy: self.policy.map(PolicyName::policy),
             plans: self.plans,
+            improve: None,
             seed: self.seed,
         }
     }
@@ -62,7 +63,10 @@ impl RunArgs {
     fn options(&self) -> RunOptions {
         RunOptions {
             recognise: RecogniseOptions { weights: self.model.clone() },
-            plan: PlanOptions { proposer: self.placement_model.clone(), previous: None },
+            plan: PlanOptions {
+                proposer: self.placement_model.clone(),
+                ..PlanOptions::default()
+            },
         }
     }
 }
@@ -82,7 +86,10 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());
     match &summary {
-        Some(summary) => words::planned(summary, terminal),
+        Some(summary) => {
+            site.learned.iter().for_each(|learned| terminal.say(learned.line()));
+            words::planned(summary, terminal);
+        }
         None if nothing => {}
         None => terminal.say("no [design], so nothing is planned: this is an inventory"),
     }

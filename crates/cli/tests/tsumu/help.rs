@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 16] = [
     "init",
     "blocks",
     "check",
@@ -10,6 +10,7 @@ const COMMANDS: [&str; 15] = [
     "segment",
     "recognise",
     "plan",
+    "next",
     "report",
     "compare",
     "evaluate",

@@ -8,6 +8,7 @@ mod dataset;
 mod help;
 mod killed;
 mod no_room;
+mod rated;
 mod reviewed;
 mod site;
 mod tiny_site;
