@@ -3,8 +3,8 @@
 use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
-    Compared, CountRange, PlannedSummary, Preflight, RecogniseSummary, Recognition, Scores,
-    NextLift, PlanChoice, TypeCount, UnfilledCount,
+    Compared, CountRange, NextLift, PlanChoice, PlannedSummary, Preflight, RecogniseSummary,
+    Recognition, Scores, TypeCount, UnfilledCount, WhatIfRow,
 };
 
 fn percent(value: Option<f64>) -> String {
@@ -128,6 +128,23 @@ pub fn next(lifts: &[NextLift], terminal: &Terminal) {
             l.order, l.model
         ));
     }
+}
+
+/// Heads of a what-if table.
+pub fn what_if_head(terminal: &Terminal) {
+    terminal.say(format!(
+        "{:>8}{:>8}{:>18}{:>10}{:>8}{:>10}{:>10}{:>10}{:>10}",
+        "raise m", "slope", "block", "f, m", "blocks", "mass t", "void left", "porosity", "protr."
+    ));
+}
+
+/// A row of it.
+pub fn what_if(row: &WhatIfRow, terminal: &Terminal) {
+    let [raise, slope, block, overflow] = row.assumed.clone().map(|a| if a.is_empty() { "–".into() } else { a });
+    let [blocks, mass, _, _, left, _, porosity, protruding] = row.figures;
+    terminal.say(format!(
+        "{raise:>8}{slope:>8}{block:>18}{overflow:>10}{blocks:>8.0}{mass:>10.1}{left:>10.1}{porosity:>10.3}{protruding:>10.0}"
+    ));
 }
 
 /// Plans to choose from.

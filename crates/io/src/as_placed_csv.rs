@@ -58,9 +58,16 @@ mod tests {
     fn lists_with_and_without_attitudes_are_read() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("as_placed.csv");
-        std::fs::write(&file, "order,x_m,y_m,rest_level_m,qw,qx,qy,qz\n1,10,20,1.5,1,0,0,0\n2,11,20,1.5,,,,\n").unwrap();
+        std::fs::write(
+            &file,
+            "order,x_m,y_m,rest_level_m,qw,qx,qy,qz\n1,10,20,1.5,1,0,0,0\n2,11,20,1.5,,,,\n",
+        )
+        .unwrap();
         let rows = read(&file).unwrap();
-        assert_eq!((rows[0].rotation_wxyz, rows[1].rotation_wxyz), (Some([1.0, 0.0, 0.0, 0.0]), None));
+        assert_eq!(
+            (rows[0].rotation_wxyz, rows[1].rotation_wxyz),
+            (Some([1.0, 0.0, 0.0, 0.0]), None)
+        );
         std::fs::write(&file, "order,x_m,y_m,rest_level_m\n1,10,20,1.5\n1,10,20,1.5\n").unwrap();
         assert!(read(&file).unwrap_err().to_string().contains("twice"));
         std::fs::write(&file, "order,x_m,y_m,rest_level_m,qw,qx,qy,qz\n1,1,1,1,2,0,0,0\n").unwrap();

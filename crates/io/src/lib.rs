@@ -57,6 +57,7 @@ pub mod thinning;
 pub mod tin;
 pub mod tin_thinning;
 pub mod unfilled_csv;
+pub mod what_if_csv;
 pub mod xlsx;
 
 mod csv_table;

@@ -55,7 +55,9 @@ mod tests {
         let ratings = read(&path).unwrap().unwrap();
         assert_eq!(ratings.blocks[0].rating, scene::BlockRating::SticksOut);
         assert_eq!(ratings.pairs[0].better, scene::Better::B);
-        for (right, wrong) in [("sticks-out", "ugly"), ("\"format\": 1", "\"format\": 7"), ("0.5, 0, 0]", "0.5]")] {
+        for (right, wrong) in
+            [("sticks-out", "ugly"), ("\"format\": 1", "\"format\": 7"), ("0.5, 0, 0]", "0.5]")]
+        {
             std::fs::write(&path, text.replace(right, wrong)).unwrap();
             let message = read(&path).unwrap_err().to_string();
             assert!(message.contains("ratings.json, line"), "{message}");

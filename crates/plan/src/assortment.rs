@@ -82,15 +82,17 @@ pub(crate) fn closed_zones(
     mass_kg: f32,
     frame: &SiteFrame,
 ) -> Result<Vec<Vec<Vec2>>, PlanError> {
-    let local = |p: &[f64; 2]| {
-        Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32)
-    };
+    let local =
+        |p: &[f64; 2]| Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32);
     for zone in zones {
         let finite = zone.boundary.iter().flatten().all(|v| v.is_finite());
         if zone.boundary.len() < 3 || !finite {
             return Err(PlanError::Zone {
                 name: zone.name.clone(),
-                why: format!("boundary has {} corners; give at least three, [east, north]", zone.boundary.len()),
+                why: format!(
+                    "boundary has {} corners; give at least three, [east, north]",
+                    zone.boundary.len()
+                ),
             });
         }
         if !(zone.minimum_mass_kg >= 0.0) {

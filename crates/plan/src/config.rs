@@ -436,7 +436,11 @@ impl Settings {
         not_negative("search.temperature", self.search.temperature)?;
         if self.search.improve > MOST_PASSES {
             let (key, value) = ("search.improve", self.search.improve);
-            return Err(PlanError::BadSetting { key, value, why: "more than 1000 passes gain nothing" });
+            return Err(PlanError::BadSetting {
+                key,
+                value,
+                why: "more than 1000 passes gain nothing",
+            });
         }
         if self.search.improve > 0.0 && self.policy != Policy::Search {
             let (key, value) = ("search.improve", self.search.improve);

@@ -37,8 +37,7 @@ impl CraneConfig {
     /// Number, from 1, of the stand nearest to a place, and its distance.
     pub(crate) fn nearest_stand(&self, place: Vec2, frame: &SiteFrame) -> Option<(u32, f32)> {
         let away = |p: &[f64; 2]| {
-            let stand =
-                Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32);
+            let stand = Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32);
             (stand - place).length()
         };
         let all = self.stand.iter().map(away).enumerate();

@@ -31,7 +31,8 @@ pub fn each_window(
         if observer.cancelled() {
             return Err(PlanError::Cancelled);
         }
-        let tried = rounds::serve_type(site.main(), &stack, window, 1, seed.child("window", number as u64));
+        let tried =
+            rounds::serve_type(site.main(), &stack, window, 1, seed.child("window", number as u64));
         let kept = tried.into_iter().find(|p| p.state == PlacementState::Kept);
         Ok(WindowAnswer { centre: window.centre, kept })
     };

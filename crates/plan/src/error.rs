@@ -82,10 +82,14 @@ pub enum PlanError {
         why: String,
     },
     /// `block` and `blocks` contradict each other.
-    #[error("plan.block and plan.blocks are both given: keep plan.blocks for several types, plan.block for one")]
+    #[error(
+        "plan.block and plan.blocks are both given: keep plan.blocks for several types, plan.block for one"
+    )]
     BlockAndBlocks,
     /// A policy that knows one type only.
-    #[error("policy `network` places one type: give plan.block instead of plan.blocks, or use policy `search`")]
+    #[error(
+        "policy `network` places one type: give plan.block instead of plan.blocks, or use policy `search`"
+    )]
     NetworkPlacesOneType,
     /// A zone that cannot be.
     #[error("plan.zones, \"{name}\": {why}")]

@@ -216,10 +216,11 @@ fn apply(site: &Site, base: &mut Base, kept: &mut Vec<Placement>, changes: Vec<C
     for change in changes {
         let all_gone: Vec<usize> = gone.iter().chain(&change.lifted).copied().collect();
         let all_added: Vec<&Placement> = added.iter().chain(&change.added).collect();
-        let enough = site.types.iter().zip(base.stock_left(site, kept, &all_gone)).all(|(t, left)| {
-            let new = all_added.iter().filter(|p| p.model == t.model).count();
-            left.is_none_or(|left| new <= left as usize)
-        });
+        let enough =
+            site.types.iter().zip(base.stock_left(site, kept, &all_gone)).all(|(t, left)| {
+                let new = all_added.iter().filter(|p| p.model == t.model).count();
+                left.is_none_or(|left| new <= left as usize)
+            });
         if enough {
             gone = all_gone;
             added.extend(change.added);

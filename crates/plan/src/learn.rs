@@ -49,8 +49,20 @@ impl Opinion {
     fn direction(&self) -> [f64; D] {
         let z = |s: &Signs, i: usize| f64::from(s[i]) / SPREAD[i];
         std::array::from_fn(|i| match self {
-            Self::Single { signs, good } if i < N => if *good { -z(signs, i) } else { z(signs, i) },
-            Self::Single { good, .. } => if *good { 1.0 } else { -1.0 },
+            Self::Single { signs, good } if i < N => {
+                if *good {
+                    -z(signs, i)
+                } else {
+                    z(signs, i)
+                }
+            }
+            Self::Single { good, .. } => {
+                if *good {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
             Self::Pair { better, worse } if i < N => z(worse, i) - z(better, i),
             Self::Pair { .. } => 0.0,
         })
@@ -134,7 +146,8 @@ impl Learned {
     /// Weights drawn from the posterior, as Thompson sampling acts on them; they may be negative.
     pub fn drawn(&self, rng: &mut impl Rng) -> Signs {
         let normal: [f64; D] = std::array::from_fn(|_| StandardNormal.sample(rng));
-        let theta = |i: usize| self.mean[i] + (0..=i).map(|j| self.spread[i][j] * normal[j]).sum::<f64>();
+        let theta =
+            |i: usize| self.mean[i] + (0..=i).map(|j| self.spread[i][j] * normal[j]).sum::<f64>();
         std::array::from_fn(|i| (theta(i) / SPREAD[i] / DECIDED) as f32)
     }
 }

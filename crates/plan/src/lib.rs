@@ -32,8 +32,8 @@ mod region;
 mod replan;
 mod rounds;
 mod search;
-mod silhouette;
 mod signs;
+mod silhouette;
 mod site;
 mod stack;
 mod summary;
@@ -126,8 +126,7 @@ fn bettered<'s>(
     let (kept, removed): (Vec<_>, Vec<_>) =
         tried.into_iter().partition(|p| p.state == PlacementState::Kept);
     let before = site.stack(input);
-    let kept =
-        improve::improve(site, &before, kept, effort, seed.child("improve", 0), observer)?;
+    let kept = improve::improve(site, &before, kept, effort, seed.child("improve", 0), observer)?;
     let stack = site.stack_with(input, &kept);
     Ok((stack, kept.into_iter().chain(removed).collect()))
 }

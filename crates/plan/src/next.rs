@@ -57,12 +57,7 @@ pub fn next_blocks(
 }
 
 /// The best pose for a block near where it was planned.
-fn elsewhere(
-    site: &site::Site,
-    stack: &Stack,
-    p: &Placement,
-    seed: SeedTree,
-) -> Option<Placement> {
+fn elsewhere(site: &site::Site, stack: &Stack, p: &Placement, seed: SeedTree) -> Option<Placement> {
     let kind = site.of_model(p.model)?;
     let centre = (p.rest * stack.catalog.get(p.model).centre).truncate();
     let window = window_at(stack, centre, kind.settings.window_m);

@@ -12,8 +12,7 @@ use scene::Placement;
 pub(crate) fn ordered(kept: Vec<Placement>, stack: &Stack, site: &Site) -> Vec<Placement> {
     let centre = |p: &Placement| p.rest * stack.catalog.get(p.model).centre;
     let centres: Vec<Vec3> = kept.iter().map(centre).collect();
-    let reach_m =
-        site.types.iter().map(|t| stack.catalog.get(t.model).d_max_m).fold(0.0, f32::max);
+    let reach_m = site.types.iter().map(|t| stack.catalog.get(t.model).d_max_m).fold(0.0, f32::max);
     let order = placing_order(&centres, reach_m, site.main().allowed.reach.as_ref());
     let numbered = order
         .iter()

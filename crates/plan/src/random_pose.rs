@@ -1,7 +1,9 @@
 //! Policy `random`: any attitude, anywhere about the window's centre, lowered to just above the pile (the thesis' baseline);
 //! with many drops a window the best of them (the thesis' generate-and-test as a planner).
 
-use crate::{Settings, attitudes, rounds, silhouette, site::TypeToPlace, stack::Stack, windows::Window};
+use crate::{
+    Settings, attitudes, rounds, silhouette, site::TypeToPlace, stack::Stack, windows::Window,
+};
 use geom::{Pose, SeedTree, Vec3};
 use rand::{Rng, RngExt};
 use scene::{ModelId, Placement, PlacementState};

@@ -27,6 +27,8 @@ pub(crate) struct Base<'s, 'a> {
     changed_m: f32,
     seen_m: f32,
     d_max_m: f32,
+    /// Blocks farther apart than this cannot have met while one of them settled.
+    beside_m: f32,
 }
 
 impl<'s, 'a> Base<'s, 'a> {
@@ -43,9 +45,10 @@ impl<'s, 'a> Base<'s, 'a> {
             surface,
             design: &existing.design,
             filled_m,
-            changed_m: filled_m + 2.0 * d_max_m,
+            changed_m: filled_m + 2.5 * d_max_m,
             seen_m: most(|t| t.settings.local_radius_m) + d_max_m,
             d_max_m,
+            beside_m: 2.0 * d_max_m + most(|t| t.settings.displacement_limit_m),
         }
     }
 
@@ -81,7 +84,12 @@ impl<'s, 'a> Base<'s, 'a> {
     }
 
     /// What is left of each type when these blocks are lifted.
-    pub fn stock_left(&self, site: &Site, kept: &[Placement], lifted: &[usize]) -> Vec<Option<u32>> {
+    pub fn stock_left(
+        &self,
+        site: &Site,
+        kept: &[Placement],
+        lifted: &[usize],
+    ) -> Vec<Option<u32>> {
         let left = |t: &TypeToPlace| {
             let own = |p: &&Placement| p.model == t.model;
             let used = kept.iter().filter(own).count()
@@ -138,9 +146,11 @@ impl<'a> Region<'a> {
         let cells = base.surface.rect_around(place.x, place.y, half_m);
         let mut stack = base.existing.cropped(&cells, place, 1.5 * half_m);
         let mut gone: Vec<usize> = Vec::new();
-        for i in base.within(kept, place, 1.5 * half_m) {
+        // The square's corners lie farther away than its edge, and blocks reach into it.
+        for i in base.within(kept, place, 1.5 * half_m + 2.0 * base.d_max_m) {
             let p = &kept[i];
-            let beside = |&g: &usize| base.away_m(&kept[g], base.centre(p).truncate()) < 2.0 * base.d_max_m;
+            let beside =
+                |&g: &usize| base.away_m(&kept[g], base.centre(p).truncate()) < base.beside_m;
             if lifted.contains(&i) {
                 gone.push(i);
                 continue;
@@ -182,9 +192,12 @@ impl<'a> Region<'a> {
             for scale in 0..types.len() {
                 let windows = self.windows(&types[scale], &closed, toe_first);
                 for (w, window) in windows.iter().enumerate() {
-                    let seed = seed.child("window", (u64::from(round) * 64 + scale as u64) * 1024 + w as u64);
-                    let tried = rounds::serve(types, &stock, &self.stack, scale, window, round, seed);
-                    let Some(p) = tried.into_iter().find(|p| p.state == PlacementState::Kept) else {
+                    let seed = seed
+                        .child("window", (u64::from(round) * 64 + scale as u64) * 1024 + w as u64);
+                    let tried =
+                        rounds::serve(types, &stock, &self.stack, scale, window, round, seed);
+                    let Some(p) = tried.into_iter().find(|p| p.state == PlacementState::Kept)
+                    else {
                         closed.push(window.centre);
                         continue;
                     };
@@ -204,7 +217,12 @@ impl<'a> Region<'a> {
     }
 
     /// Windows near the place that were not tried in vain, in the order in which they are filled.
-    fn windows(&self, kind: &TypeToPlace, closed: &[Vec2], toe_first: bool) -> Vec<windows::Window> {
+    fn windows(
+        &self,
+        kind: &TypeToPlace,
+        closed: &[Vec2],
+        toe_first: bool,
+    ) -> Vec<windows::Window> {
         let same_m = 0.45 * kind.settings.window_m;
         let open = |w: &windows::Window| {
             (w.centre - self.place).length() <= self.filled_m

@@ -102,7 +102,11 @@ impl<'s, 'a> Filling<'s, 'a> {
             filled: Filled::default(),
             failures: site.types.iter().map(|_| Vec::new()).collect(),
             found: vec![false; site.types.len()],
-            stock: site.types.iter().map(|t| t.stock.map(|s| s.saturating_sub(placed(t)))).collect(),
+            stock: site
+                .types
+                .iter()
+                .map(|t| t.stock.map(|s| s.saturating_sub(placed(t))))
+                .collect(),
             tick: 0,
             kept: 0,
             apart_m: site.types.iter().map(apart).fold(0.0, f32::max),
@@ -187,7 +191,15 @@ impl<'s, 'a> Filling<'s, 'a> {
         self.tick += 1;
         let (site, stock) = (self.site, &self.stock);
         let serve = |&w: &usize| {
-            serve(&site.types, stock, stack, scale, &windows[w], round, seed.child("window", w as u64))
+            serve(
+                &site.types,
+                stock,
+                stack,
+                scale,
+                &windows[w],
+                round,
+                seed.child("window", w as u64),
+            )
         };
         let results: Vec<Vec<Placement>> = now.par_iter().map(serve).collect();
         for (&w, placements) in now.iter().zip(results) {
@@ -259,7 +271,8 @@ pub(crate) fn serve(
     round: u32,
     seed: SeedTree,
 ) -> Vec<Placement> {
-    let (mut best, mut failed): (Option<(bool, f32, Placement)>, Vec<Placement>) = (None, Vec::new());
+    let (mut best, mut failed): (Option<(bool, f32, Placement)>, Vec<Placement>) =
+        (None, Vec::new());
     for (t, kind) in types.iter().enumerate().skip(scale) {
         if stock[t] == Some(0) || !kind.allowed.covers(window.centre) {
             continue;
@@ -293,11 +306,7 @@ pub(crate) fn serve_type(
 }
 
 /// The poses worth a drop in a window, best first; policy `random` looks at none before it drops.
-pub(crate) fn poses(
-    kind: &TypeToPlace,
-    stack: &Stack,
-    window: &Window,
-) -> Vec<search::Candidate> {
+pub(crate) fn poses(kind: &TypeToPlace, stack: &Stack, window: &Window) -> Vec<search::Candidate> {
     let (settings, model) = (&kind.settings, kind.model);
     match &kind.poses {
         Poses::Random => Vec::new(),

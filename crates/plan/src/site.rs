@@ -149,7 +149,8 @@ fn type_to_place<'a>(
         }
     };
     let mass_kg = block.mass_kg();
-    let reach = config.crane.as_ref().map(|c| c.reach(mass_kg, block.d_box_m, input.frame)).transpose()?;
+    let reach =
+        config.crane.as_ref().map(|c| c.reach(mass_kg, block.d_box_m, input.frame)).transpose()?;
     let closed = assortment::closed_zones(&config.zones, mass_kg, input.frame)?;
     let allowed = Allowed { reach, closed };
     let Choice { model, stock, cost } = *choice;
@@ -174,10 +175,13 @@ fn warn_of_pile(
     let d_box_m = input.catalog.iter().map(|(_, m)| m.d_box_m).fold(f32::INFINITY, f32::min);
     let (pairs, deepest_m) = overlaps(input, shapes, settings);
     if pairs > 0 {
-        warn(observer, format!(
-            "{pairs} pairs of recognised blocks overlap by more than {:.2} m (deepest {deepest_m:.2} m); they stay as they are, but check their poses",
-            DEEP * d_box_m
-        ));
+        warn(
+            observer,
+            format!(
+                "{pairs} pairs of recognised blocks overlap by more than {:.2} m (deepest {deepest_m:.2} m); they stay as they are, but check their poses",
+                DEEP * d_box_m
+            ),
+        );
     }
 }
 
@@ -189,14 +193,19 @@ fn warn_of_hook(
     observer: &dyn Observer,
 ) {
     let Some((_, _, design_m)) = design.min_mean_max_m() else { return };
-    let highest = |t: &TypeToPlace| t.allowed.reach.as_ref().map_or(f32::INFINITY, |r| r.highest_m());
+    let highest =
+        |t: &TypeToPlace| t.allowed.reach.as_ref().map_or(f32::INFINITY, |r| r.highest_m());
     let highest_m = types.iter().map(highest).fold(f32::NEG_INFINITY, f32::max);
     if highest_m < design_m {
         let site_m = |z: f32| f64::from(z) + input.frame.origin[2];
-        warn(observer, format!(
-            "the crane's hook lets blocks go with their centres at {:.2} m or lower, the design reaches {:.2} m: nothing is placed above; raise crane.hook_level_m or shorten crane.sling_m",
-            site_m(highest_m), site_m(design_m)
-        ));
+        warn(
+            observer,
+            format!(
+                "the crane's hook lets blocks go with their centres at {:.2} m or lower, the design reaches {:.2} m: nothing is placed above; raise crane.hook_level_m or shorten crane.sling_m",
+                site_m(highest_m),
+                site_m(design_m)
+            ),
+        );
     }
 }
 
@@ -210,10 +219,13 @@ fn warn_of_zones(
     let heaviest_kg =
         chosen.iter().map(|c| input.catalog.get(c.model).mass_kg()).fold(0.0, f32::max);
     for zone in assortment::unserved(&config.zones, heaviest_kg) {
-        warn(observer, format!(
-            "zone \"{}\" asks for blocks of {:.0} kg or more, the heaviest of the plan has {heaviest_kg:.0} kg: nothing is placed there; add a heavier type to plan.blocks",
-            zone.name, zone.minimum_mass_kg
-        ));
+        warn(
+            observer,
+            format!(
+                "zone \"{}\" asks for blocks of {:.0} kg or more, the heaviest of the plan has {heaviest_kg:.0} kg: nothing is placed there; add a heavier type to plan.blocks",
+                zone.name, zone.minimum_mass_kg
+            ),
+        );
     }
 }
 
@@ -272,9 +284,8 @@ pub fn check_extent(
             most: MOST_SEEDS,
         });
     }
-    let listed = |name: &str| {
-        config.blocks.is_empty() || config.blocks.iter().any(|b| b.name == name)
-    };
+    let listed =
+        |name: &str| config.blocks.is_empty() || config.blocks.iter().any(|b| b.name == name);
     let asked =
         |name: &str| config.block.as_ref().is_none_or(|block| block == name) && listed(name);
     for (_, model) in catalog.iter().filter(|(_, m)| asked(&m.name)) {
@@ -315,7 +326,11 @@ pub fn block_to_place(input: &PlanInput, config: &PlanConfig) -> Result<ModelId,
     if let Some(name) = &config.block {
         return input.catalog.find(name).ok_or_else(|| {
             let known: Vec<&str> = input.catalog.iter().map(|(_, m)| m.name.as_str()).collect();
-            PlanError::UnknownBlock { key: "plan.block", name: name.clone(), known: known.join(", ") }
+            PlanError::UnknownBlock {
+                key: "plan.block",
+                name: name.clone(),
+                known: known.join(", "),
+            }
         });
     }
     let count = |id: ModelId| input.scene.blocks.iter().filter(|b| b.model == id).count();

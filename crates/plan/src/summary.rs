@@ -48,7 +48,8 @@ pub(crate) fn summary(
         void_after_m3: windows::void_m3(&stack.surface, &stack.design),
         mean_distance_m: (sum / cells.max(1) as f64) as f32,
         max_distance_m: largest,
-        protruding: placements.iter().filter(|p| objective::protrudes(site, stack, p)).count() as u32,
+        protruding: placements.iter().filter(|p| objective::protrudes(site, stack, p)).count()
+            as u32,
         concrete_m3,
         mass_kg,
         area_m2: (cells as f64 * cell_m2) as f32,

@@ -47,8 +47,7 @@ pub fn plans_over_volumes(
         let (now, later) = left.split_at(1 + same);
         for &i in now {
             let minimum_volume_m3 = volumes_m3[i];
-            let larger =
-                filled.tried.iter().filter(|(_, d)| !one_scale || *d > minimum_volume_m3);
+            let larger = filled.tried.iter().filter(|(_, d)| !one_scale || *d > minimum_volume_m3);
             let tried = larger.map(|(p, _)| p.clone()).collect();
             let plan = match one_scale {
                 true => finished(&site, &stack, &before, tried),

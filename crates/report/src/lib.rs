@@ -26,8 +26,8 @@ mod view_data;
 
 pub use error::ReportError;
 pub use input::{
-    Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, Rating,
-    RatingPlace, RatingWeight, ReportInput, Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
+    Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, Rating, RatingPlace,
+    RatingWeight, ReportInput, Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
 };
 pub use page::html;
 pub use picture::{pile_picture, site_picture};

@@ -276,11 +276,8 @@ fn placed(input: &ReportInput, p: &Placement) -> Placed {
 }
 
 fn rating<'a>(r: &'a crate::Rating) -> Rating<'a> {
-    let place = |p: &crate::RatingPlace| Rated {
-        model: p.model.0,
-        pose: numbers(&p.pose),
-        signs: p.signs,
-    };
+    let place =
+        |p: &crate::RatingPlace| Rated { model: p.model.0, pose: numbers(&p.pose), signs: p.signs };
     let weight = |w: &'a crate::RatingWeight| Weight {
         sign: &w.sign,
         today: w.today,

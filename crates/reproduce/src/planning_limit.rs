@@ -29,7 +29,8 @@ const QUICK: f32 = 6.0;
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let span = Span::new(bench)?;
     let file = bench.folder.join("planning-limit.csv");
-    let mut log = PlanningLog::open(file, format!("{}, quick {}", span.stamp()?, bench.settings.quick));
+    let mut log =
+        PlanningLog::open(file, format!("{}, quick {}", span.stamp()?, bench.settings.quick));
     let volume_m3 = method_volume_m3(&span)?;
     let mut rows: Vec<(&str, Vec<Figures>)> = Vec::new();
     for (name, policy, [passes, temperature]) in WAYS {

@@ -160,7 +160,12 @@ mod tests {
             protruding: 7.0,
             seconds: 1.25,
         };
-        let trial = Trial { policy: ("search", Policy::Search), overflow_m: None, repeat: 2, improve: [0.0; 2] };
+        let trial = Trial {
+            policy: ("search", Policy::Search),
+            overflow_m: None,
+            repeat: 2,
+            improve: [0.0; 2],
+        };
         log.known.insert(trial.name(0.4), figures);
         log.write().unwrap();
         let again = PlanningLog::open(file.clone(), "site one".into());

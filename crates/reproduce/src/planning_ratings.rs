@@ -4,7 +4,9 @@
 use crate::planning_site::{Span, mean_and_spread, settings};
 use crate::{Bench, Experiment, ReproduceError, Table};
 use geom::SeedTree;
-use plan::{Candidate, Learned, Opinion, Policy, SearchConfig, SignWeights, Signs, learn, most_telling};
+use plan::{
+    Candidate, Learned, Opinion, Policy, SearchConfig, SignWeights, Signs, learn, most_telling,
+};
 use rand::{Rng, RngExt};
 use std::fmt::Write;
 
@@ -156,7 +158,8 @@ fn regret(foreman: &SignWeights, windows: &[Vec<Candidate>], seed: SeedTree) -> 
         let places = &windows[served % windows.len()];
         let least = places.iter().map(|c| foreman.cost(&c.signs)).fold(f32::INFINITY, f32::min);
         let choice = |weights: &Signs| {
-            let cost = |c: &&Candidate| -> f32 { c.signs.iter().zip(weights).map(|(s, w)| s * w).sum() };
+            let cost =
+                |c: &&Candidate| -> f32 { c.signs.iter().zip(weights).map(|(s, w)| s * w).sum() };
             places.iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).expect("no window is empty")
         };
         let drawn = choice(&learned.drawn(&mut rng));
@@ -188,7 +191,9 @@ fn agreement_table(agreements: &[[[f64; AFTER.len()]; 2]]) -> String {
 
 fn regret_table(regrets: &[[f64; 3]]) -> String {
     let mut table = Table::new(&["choice", "regret of a window, block lengths of cost"]);
-    for (k, name) in ["today's weights", "Thompson sampling", "mean of what was learned"].into_iter().enumerate() {
+    for (k, name) in
+        ["today's weights", "Thompson sampling", "mean of what was learned"].into_iter().enumerate()
+    {
         let values: Vec<f64> = regrets.iter().map(|r| r[k] / SERVED as f64).collect();
         let (mean, spread) = mean_and_spread(&values);
         table.row([name.to_string(), format!("{mean:.4} ± {spread:.4}")]);

@@ -34,7 +34,7 @@ pub use pile::{Ground, PlacedBlock, Scene};
 pub use plan::{Placement, PlacementState, Plan, PlanSummary};
 pub use point_mark::{PointFlag, PointMark};
 pub use quantity::{AreaVolume, SectionQuantity};
-pub use ratings::{BlockRating, Better, RatedBlock, RatedPair, RatedPlace, Ratings, SIGNS};
+pub use ratings::{Better, BlockRating, RatedBlock, RatedPair, RatedPlace, Ratings, SIGNS};
 pub use recognised::{Covariance, Fit, Guess, Recognised, Verdict, stated};
 pub use review::{Decision, PlacementDecision, Review, ReviewedBlock, ReviewedPlacement};
 pub use same_block::{PoseError, PoseLimits, PosedModel, is_right, same_block};

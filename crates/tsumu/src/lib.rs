@@ -46,6 +46,7 @@ mod synthetic_site;
 mod unfilled;
 pub mod version;
 mod weights;
+mod what_if;
 mod whole_run;
 
 pub use before::{cannot, check, check_first, init};
@@ -78,4 +79,6 @@ pub use summary::{
 pub use surveys::Clouds;
 pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
 pub use weights::{WeightsOrigin, load as load_weights};
+pub use io::what_if_csv::WhatIfRow;
+pub use what_if::WhatIf;
 pub use whole_run::{RunOptions, WholeRun, run};

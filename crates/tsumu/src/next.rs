@@ -53,7 +53,14 @@ impl Site {
         let mut works = self.works(&recognition.blocks, self.needed_design()?);
         works.placed = &placed;
         let asked = (&done, count);
-        let found = pipeline::next_blocks(&works, &self.config, plan, asked, SeedTree::new(self.seed), job)?;
+        let found = pipeline::next_blocks(
+            &works,
+            &self.config,
+            plan,
+            asked,
+            SeedTree::new(self.seed),
+            job,
+        )?;
         let table = found.iter().filter_map(|next| match next {
             Next::AsPlanned(p) | Next::Moved(p) => {
                 Some(PlacementRow::of(p, &self.catalog, &self.survey.frame))

@@ -11,8 +11,8 @@ use crate::{Result, Site, sheet_font};
 use geom::{DVec3, Vec2, Warning};
 use io::manifest::Manifest;
 use report::{
-    Alignment, Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
-    Rating, RatingPlace, RatingWeight, SectionLineKind, SheetSet, Surfaces, Text, UnfilledWindow,
+    Alignment, Count, Figure, Histogram, MapLayer, Outline, Rating, RatingPlace, RatingWeight,
+    ReportInput, Section, SectionLine, SectionLineKind, SheetSet, Surfaces, Text, UnfilledWindow,
 };
 use scene::{Catalog, Recognised, Review, SiteFrame, Survey};
 use std::path::Path;

@@ -5,7 +5,7 @@ use crate::{Error, Result, Site, outputs};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
 use plan::{Learned, MovedWeight, Opinion, SignWeights, Signs};
-use scene::{BlockRating, Better, Catalog, RatedPlace, Ratings, SIGNS};
+use scene::{Better, BlockRating, Catalog, RatedPlace, Ratings, SIGNS};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -48,7 +48,9 @@ impl RatingsRecord {
     pub fn line(&self) -> String {
         let count = |k: usize| self.by.values().map(|n| n[k]).sum::<usize>();
         let moved = |w: &&WeightRecord| (w.learned - w.today).abs() >= 0.05 * w.today.max(0.5);
-        let word = |w: &WeightRecord| format!("{} {:.2} → {:.2} ± {:.2}", w.sign, w.today, w.learned, w.sd);
+        let word = |w: &WeightRecord| {
+            format!("{} {:.2} → {:.2} ± {:.2}", w.sign, w.today, w.learned, w.sd)
+        };
         let moved: Vec<String> = self.weights.iter().filter(moved).map(word).collect();
         let moved = if moved.is_empty() { "none moved".into() } else { moved.join(", ") };
         format!(
@@ -88,7 +90,9 @@ impl Site {
         let Some(ratings) = self.ratings.take() else { return Ok(()) };
         self.check_ratings(&ratings)?;
         let said = without_contradictions(&ratings, observer);
-        if self.config.plan.search.weights.is_none() && !(said.blocks.is_empty() && said.pairs.is_empty()) {
+        if self.config.plan.search.weights.is_none()
+            && !(said.blocks.is_empty() && said.pairs.is_empty())
+        {
             let learned = learned(Some(&said), SignWeights::today(&self.config.plan.search));
             self.config.plan.search.weights = Some(learned.weights);
             let record = record_of(&said, &learned.moved);
@@ -122,7 +126,8 @@ impl Site {
             [(format!("pair {}, a", p.pair), &p.a), (format!("pair {}, b", p.pair), &p.b)]
         });
         for (name, place) in blocks.chain(pairs) {
-            self.place_objection(place).map_or(Ok(()), |what| Err(bad(format!("{name}: {what}"))))?;
+            self.place_objection(place)
+                .map_or(Ok(()), |what| Err(bad(format!("{name}: {what}"))))?;
         }
         Ok(())
     }
@@ -134,13 +139,17 @@ impl Site {
         }
         if let Some(i) = place.signs.iter().position(|s| !(s.abs() <= LARGEST_SIGN)) {
             let (sign, value) = (SIGNS[i], place.signs[i]);
-            return Some(format!("sign {sign} = {value} is none of a block at rest; rate it again in the report"));
+            return Some(format!(
+                "sign {sign} = {value} is none of a block at rest; rate it again in the report"
+            ));
         }
         let [low, high] = self.design.as_ref()?.extent();
         let beyond = |v: f64, k: usize| (low[k] - v).max(v - high[k]).max(0.0);
         let away_m = beyond(place.x_m, 0).hypot(beyond(place.y_m, 1));
         let far = !(away_m <= ELSEWHERE * f64::from(self.catalog.d_max_m()));
-        far.then(|| format!("lies {away_m:.0} m away from the design: it is a block of other works"))
+        far.then(|| {
+            format!("lies {away_m:.0} m away from the design: it is a block of other works")
+        })
     }
 }
 
@@ -158,7 +167,10 @@ fn without_contradictions(ratings: &Ratings, observer: &dyn Observer) -> Ratings
     let mut replaced: Vec<String> = Vec::new();
     for b in &ratings.blocks {
         let other = said.blocks.iter().position(|o| o.by == b.by && same(&o.place, &b.place));
-        let Some(at) = other else { said.blocks.push(b.clone()); continue };
+        let Some(at) = other else {
+            said.blocks.push(b.clone());
+            continue;
+        };
         if said.blocks[at].rating != b.rating {
             replaced.push(format!("block {} by {}", b.order, b.by));
         }
@@ -170,7 +182,10 @@ fn without_contradictions(ratings: &Ratings, observer: &dyn Observer) -> Ratings
         let straight = |o: &scene::RatedPair| same(&o.a, &p.a) && same(&o.b, &p.b);
         let crossed = |o: &scene::RatedPair| same(&o.a, &p.b) && same(&o.b, &p.a);
         let other = said.pairs.iter().position(|o| o.by == p.by && (straight(o) || crossed(o)));
-        let Some(at) = other else { said.pairs.push(p.clone()); continue };
+        let Some(at) = other else {
+            said.pairs.push(p.clone());
+            continue;
+        };
         let o = &said.pairs[at];
         if (o.better == p.better) == crossed(o) {
             replaced.push(format!("pair {} by {}", p.pair, p.by));
@@ -180,10 +195,8 @@ fn without_contradictions(ratings: &Ratings, observer: &dyn Observer) -> Ratings
         }
     }
     if !replaced.is_empty() {
-        let message = format!(
-            "contradictory ratings: {}; of each the latest counts",
-            replaced.join(", ")
-        );
+        let message =
+            format!("contradictory ratings: {}; of each the latest counts", replaced.join(", "));
         observer.event(Event::Warned(Warning { stage: "ratings", message }));
     }
     said
@@ -192,10 +205,10 @@ fn without_contradictions(ratings: &Ratings, observer: &dyn Observer) -> Ratings
 fn learned(ratings: Option<&Ratings>, today: SignWeights) -> Learned {
     let signs = |p: &RatedPlace| -> Signs { p.signs.map(|s| s as f32) };
     let Some(ratings) = ratings else { return plan::learn(&[], today) };
-    let single = ratings.blocks.iter().map(|b| Opinion::Single {
-        signs: signs(&b.place),
-        good: BlockRating::is_good(b.rating),
-    });
+    let single = ratings
+        .blocks
+        .iter()
+        .map(|b| Opinion::Single { signs: signs(&b.place), good: BlockRating::is_good(b.rating) });
     let pairs = ratings.pairs.iter().map(|p| match p.better {
         Better::A => Opinion::Pair { better: signs(&p.a), worse: signs(&p.b) },
         Better::B => Opinion::Pair { better: signs(&p.b), worse: signs(&p.a) },

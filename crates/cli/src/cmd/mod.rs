@@ -18,3 +18,4 @@ pub mod segment;
 pub mod sign;
 pub mod synth;
 pub mod verify;
+pub mod what_if;

@@ -90,11 +90,8 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let previous = args.from.as_deref().map(|from| site.read_plan(from)).transpose()?;
     let mut new = Run::create(&args.out, &site)?;
     new.note_source(&run, args.from.as_deref())?;
-    let options = PlanOptions {
-        proposer: args.placement_model.clone(),
-        previous,
-        choices: args.choices,
-    };
+    let options =
+        PlanOptions { proposer: args.placement_model.clone(), previous, choices: args.choices };
     let planned = site.plan(&found, &options, job)?;
     let run = new.keep(&planned)?.seal()?;
     let summary = planned.summary();

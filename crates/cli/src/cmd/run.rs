@@ -63,10 +63,7 @@ impl RunArgs {
     fn options(&self) -> RunOptions {
         RunOptions {
             recognise: RecogniseOptions { weights: self.model.clone() },
-            plan: PlanOptions {
-                proposer: self.placement_model.clone(),
-                ..PlanOptions::default()
-            },
+            plan: PlanOptions { proposer: self.placement_model.clone(), ..PlanOptions::default() },
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "init",
     "blocks",
     "check",
@@ -11,6 +11,7 @@ const COMMANDS: [&str; 16] = [
     "recognise",
     "plan",
     "next",
+    "what-if",
     "report",
     "compare",
     "evaluate",

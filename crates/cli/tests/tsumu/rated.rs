@@ -38,7 +38,8 @@ fn ratings_teach_and_the_site_is_built_block_by_block() {
     assert_eq!(data["rating"]["site"], "Tiny <site> & test");
 
     // Everything that touches little is called loose, the rest good.
-    let number = |p: &std::collections::BTreeMap<String, String>, key: &str| p[key].parse::<f64>().unwrap();
+    let number =
+        |p: &std::collections::BTreeMap<String, String>, key: &str| p[key].parse::<f64>().unwrap();
     let rated: Vec<Value> = kept
         .iter()
         .zip(signs)
@@ -49,7 +50,8 @@ fn ratings_teach_and_the_site_is_built_block_by_block() {
             json!({ "by": "Sato", "when": "2026-11-30", "order": number(p, "order") as u32, "rating": rating, "place": place })
         })
         .collect();
-    let ratings = json!({ "format": 1, "site": "Tiny <site> & test", "blocks": rated, "pairs": [] });
+    let ratings =
+        json!({ "format": 1, "site": "Tiny <site> & test", "blocks": rated, "pairs": [] });
     let file = site.path().join("ratings.json");
     std::fs::write(&file, ratings.to_string()).unwrap();
     let out = site.path().join("next");
@@ -62,7 +64,12 @@ fn ratings_teach_and_the_site_is_built_block_by_block() {
     let weights = std::fs::read_to_string(out.join("plan/weights.json")).unwrap();
     assert!(weights.contains("\"loose\""), "{weights}");
     // Every block keeps the rules it kept before.
-    assert!(table(&out.join("plan/placements.csv")).iter().filter(|p| p["state"] == "kept").all(|p| number(p, "contacts") >= 1.0));
+    assert!(
+        table(&out.join("plan/placements.csv"))
+            .iter()
+            .filter(|p| p["state"] == "kept")
+            .all(|p| number(p, "contacts") >= 1.0)
+    );
 
     for (right, wrong, why) in [
         ("Tiny <site> & test", "Other", "rates a plan of \"Other\""),
@@ -94,5 +101,9 @@ fn ratings_teach_and_the_site_is_built_block_by_block() {
     assert!(said.contains("block 2 (") && said.contains("highest leg"), "{said}");
     std::fs::write(&placed, "order,x_m,y_m,rest_level_m\n999,0,0,0\n").unwrap();
     let refused = tsumu(&arguments);
-    assert!(refused.code == 2 && refused.err.contains("block 999 is not in the plan"), "{}", refused.err);
+    assert!(
+        refused.code == 2 && refused.err.contains("block 999 is not in the plan"),
+        "{}",
+        refused.err
+    );
 }

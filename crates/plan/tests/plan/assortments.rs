@@ -94,7 +94,8 @@ fn what_cannot_be_is_named() {
     assert!(free.contains("cost = 0"), "{free}");
     let unknown = refused(&config(vec![choice("huge", None, 1.0)]));
     assert!(unknown.contains("plan.blocks") && unknown.contains("small, large"), "{unknown}");
-    let both = PlanConfig { block: Some("large".into()), ..config(vec![choice("large", None, 1.0)]) };
+    let both =
+        PlanConfig { block: Some("large".into()), ..config(vec![choice("large", None, 1.0)]) };
     assert_eq!(
         plan(&site.input(), &both, SeedTree::new(1), &Silent).unwrap_err(),
         PlanError::BlockAndBlocks

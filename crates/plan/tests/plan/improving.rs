@@ -31,8 +31,9 @@ fn it_is_better_and_every_block_still_rests_where_it_says() {
         better.summary
     );
     // Dropped once more, one after the other, all come to rest as planned.
-    let again = replan(&site.input(), &better, &PlanConfig { rounds: 0, ..config(0.0) }, seed, &Silent)
-        .unwrap();
+    let again =
+        replan(&site.input(), &better, &PlanConfig { rounds: 0, ..config(0.0) }, seed, &Silent)
+            .unwrap();
     assert_eq!(again.placements.len(), better.placements.len());
     for (i, p) in better.placements.iter().enumerate() {
         assert_eq!(p.order as usize, i + 1);
@@ -71,12 +72,18 @@ fn three_aims_are_three_plans() {
     let found = choices(&site.input(), &config(1.0), SeedTree::new(2), &Silent).unwrap();
     let of = |aim: Aim| &found.iter().find(|(a, _)| *a == aim).unwrap().1;
     let contacts = |p: &Plan| {
-        p.placements.iter().map(|p| p.contacts.min(5) as f32).sum::<f32>() / p.placements.len() as f32
+        p.placements.iter().map(|p| p.contacts.min(5) as f32).sum::<f32>()
+            / p.placements.len() as f32
     };
     let (fewest, fullest, stable) = (of(Aim::Fewest), of(Aim::Fullest), of(Aim::MostStable));
     assert!(fewest.summary.blocks <= fullest.summary.blocks);
     assert!(fullest.summary.void_after_m3 <= fewest.summary.void_after_m3 + 1e-3);
-    assert!(contacts(stable) >= contacts(fewest) - 0.05, "{} {}", contacts(stable), contacts(fewest));
+    assert!(
+        contacts(stable) >= contacts(fewest) - 0.05,
+        "{} {}",
+        contacts(stable),
+        contacts(fewest)
+    );
 }
 
 #[test]
