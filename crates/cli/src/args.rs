@@ -52,6 +52,8 @@ pub enum Command {
     Sign(cmd::sign::SignArgs),
     /// Make synthetic piles with known truth, scanned like a survey
     Synth(cmd::synth::SynthArgs),
+    /// Open the page: the same work in the browser, without a command line
+    Open(cmd::open::OpenArgs),
     /// Print the completion script of a shell
     Completions(cmd::completions::CompletionsArgs),
     /// Write the manual pages

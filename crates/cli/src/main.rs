@@ -2,6 +2,7 @@
 
 mod args;
 mod cmd;
+mod double_click;
 mod words;
 
 use args::Command;
@@ -15,7 +16,7 @@ use tsumu::Job;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    let options = args::Options::parse();
+    let options = args::Options::parse_from(double_click::arguments());
     let terminal = Terminal::new(&options.output);
     terminal::end(&terminal, || {
         let job = terminal.job()?;
@@ -26,7 +27,7 @@ fn main() -> ExitCode {
 fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<()> {
     match command {
         Command::Init(args) => cmd::init::init(args, terminal, job),
-        Command::Blocks(args) => cmd::blocks::blocks(args, terminal),
+        Command::Blocks(args) => cmd::blocks::blocks(args, terminal, job),
         Command::Check(args) => cmd::check::check(args, terminal, job),
         Command::Run(args) => cmd::run::run(args, terminal, job),
         Command::Segment(args) => cmd::segment::segment(args, terminal, job),
@@ -40,6 +41,7 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::Verify(args) => cmd::verify::verify(args, terminal),
         Command::Sign(args) => cmd::sign::sign(args, terminal),
         Command::Synth(args) => cmd::synth::synth(args, terminal, job),
+        Command::Open(args) => cmd::open::open(args, terminal, job),
         Command::Completions(args) => cmd::completions::completions::<args::Options>(args),
         Command::Man(args) => cmd::man::man::<args::Options>(args, terminal),
     }

@@ -3,11 +3,16 @@
 //! In: a survey, a catalogue, a design surface. Out: recognised blocks and a plan. No algorithm lives here;
 //! each line is a stage's verb.
 
+mod cells;
 mod error;
+mod method;
 mod recogniser;
+pub mod sizes;
 pub mod survey;
 
+pub use cells::as_points;
 pub use error::PipelineError;
+pub use method::Method;
 pub use pose::PileVerdict;
 pub use recogniser::{Recogniser, Recognition};
 
@@ -23,6 +28,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// Whose values stand where nothing else is said; only this word of it, the values are in the tables.
+    #[serde(skip_serializing_if = "Method::is_default")]
+    pub method: Method,
     /// Which points can hold blocks at all.
     pub background: BackgroundConfig,
     /// Settings of segmentation.
@@ -196,6 +204,8 @@ fn input<'a>(works: &'a Works, scene: &'a Scene) -> PlanInput<'a> {
         catalog: works.catalog,
         placed: works.placed,
         proposer: works.proposer,
+        // A bed that is stated is known everywhere.
+        survey: works.ground.is_none().then_some(&works.survey.cloud),
     }
 }
 

@@ -38,6 +38,7 @@ mod site;
 mod stack;
 mod summary;
 mod surfaces;
+mod surveyed;
 mod trial;
 mod uncertainty;
 mod unfilled;
@@ -62,7 +63,7 @@ pub use obstacles::with_obstacles;
 pub use pairs::{Candidate, CandidatePair, most_telling, pairs_to_choose, stable_places};
 pub use quantities::section_quantities;
 pub use signs::{SignWeights, Signs, signs_of_plan};
-pub use site::{PlanInput, block_to_place, check_extent};
+pub use site::{PlanInput, block_to_place, check_extent, raster_bytes};
 pub use surfaces::{
     CrossSection, Surfaces, SurfacesInput, cross_sections, cross_sections_every, design_lines,
     point_deficits_m, surfaces, works_line,

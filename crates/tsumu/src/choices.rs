@@ -1,6 +1,7 @@
 //! Three plans of the same works to choose from: the table, and the placements of each.
 
 use crate::run_folder::RunFolder;
+use crate::written::Written;
 use crate::{Result, Site};
 use io::choices_csv::{self, ChoiceRow};
 use io::placements_csv::{self, PlacementRow};
@@ -38,14 +39,20 @@ impl PlanChoice {
 }
 
 /// Writes `plan/choices.csv` and a table of placements for each; they can be planned on from with `--from`.
-pub(crate) fn write(run: &RunFolder, site: &Site, choices: &[PlanChoice]) -> Result<()> {
+pub(crate) fn write(
+    run: &RunFolder,
+    site: &Site,
+    choices: &[PlanChoice],
+    written: &Written,
+) -> Result<()> {
     let mut rows = Vec::new();
     for choice in choices {
         let file = format!("choices/{}.csv", choice.aim.word());
         let placed = choice.plan.placements.iter();
         let table: Vec<PlacementRow> =
             placed.map(|p| PlacementRow::of(p, &site.catalog, &site.survey.frame)).collect();
-        placements_csv::write(&run.root().join("plan").join(&file), &table)?;
+        let path = run.root().join("plan").join(&file);
+        written.put(&path, |p| placements_csv::write(p, &table))?;
         let s = &choice.plan.summary;
         rows.push(ChoiceRow {
             aim: choice.aim.word().into(),
@@ -60,5 +67,5 @@ pub(crate) fn write(run: &RunFolder, site: &Site, choices: &[PlanChoice]) -> Res
             file,
         });
     }
-    Ok(choices_csv::write(&run.root().join("plan/choices.csv"), &rows)?)
+    written.put(&run.root().join("plan/choices.csv"), |p| choices_csv::write(p, &rows))
 }

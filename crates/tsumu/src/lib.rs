@@ -12,18 +12,24 @@
 //! ```
 
 mod before;
+mod block_look;
+mod block_size;
 mod catalogue;
 mod choices;
 mod comparison;
 mod dataset;
+mod draft;
 mod drawings;
 mod error;
 mod evaluate;
+mod evaluate_labels;
+mod input_kinds;
 mod job;
 mod labelled;
 mod lifts;
 mod local_survey;
 mod lock;
+mod memory;
 mod next;
 mod outputs;
 mod own_records;
@@ -36,6 +42,7 @@ mod review;
 mod review_matching;
 mod run;
 mod run_folder;
+mod self_check;
 mod settings;
 mod sheet_font;
 mod site;
@@ -48,8 +55,10 @@ pub mod version;
 mod weights;
 mod what_if;
 mod whole_run;
+mod written;
 
-pub use before::{cannot, check, check_first, init};
+pub use before::{cannot, check, check_first, init, write_map};
+pub use block_size::{BlockFit, FitOptions, fit_blocks};
 pub use catalogue::{RecipeInputs, read_recipe};
 pub use choices::PlanChoice;
 pub use comparison::{
@@ -57,20 +66,26 @@ pub use comparison::{
     compare_with_plan, read_stable_ground,
 };
 pub use dataset::{DatasetOptions, DatasetSummary, Shard, make_dataset};
+pub use draft::{Draft, Variant, read_draft, write_draft, write_review, write_variant};
 pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
+pub use evaluate_labels::{LabelEvaluation, LabelScores, evaluate_labels};
+pub use input_kinds::InputKinds;
 pub use job::{Cancel, Job};
 pub use labelled::check_labelled;
+pub use memory::MemoryLimit;
+pub use metrics::{Repeatability, Split};
 pub use next::NextLift;
 pub use outputs::json_value;
 pub use page::Page;
+pub use pipeline::Method;
 pub use planning::{PlanOptions, Planned, kept_of};
-pub use preflight::{FirstSite, Preflight};
+pub use preflight::{FirstSite, Preflight, SurveyLook};
 pub use ratings::{RatingsRecord, WeightRecord};
 pub use recognition::{RecogniseOptions, Recognition, Segments};
 pub use review::{DecisionRecord, ReviewRecord};
 pub use run::{NewRun, Part, Run, folders_of};
-pub use run_folder::RunFolder;
+pub use run_folder::{RunEntry, RunFolder, runs_of};
 pub use settings::Settings;
 pub use site::Site;
 pub use summary::{

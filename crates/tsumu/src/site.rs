@@ -1,17 +1,21 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
+use crate::block_size::entry_sizes_m;
 use crate::error::OrBadInput;
+use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
 use crate::ratings::{self, RatingsRecord};
 use crate::surveys::{self, Clouds, Joined};
-use crate::{Error, Job, Result, Settings, catalogue};
+use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::{DVec3, Observer};
+use geom::{DVec3, Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, Ratings, Review, Survey};
+use scene::{
+    Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Ratings, Review, Survey,
+};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -51,12 +55,26 @@ pub struct Site {
     pub config: Config,
     /// Root of all random choices.
     pub seed: u64,
+    /// How much memory a run may take; `None`: as much as it needs. No result depends on it.
+    pub memory: Option<MemoryBound>,
     /// Size and hash of every input file as it was before it was read, by its path in the site folder.
     pub inputs: BTreeMap<String, Entry>,
     /// Where those files lie.
     pub(crate) input_files: Vec<PathBuf>,
+    /// The measure that each entry of the catalogue states, metres: a shape's `size`, a mesh's longest edge.
+    pub(crate) entry_sizes_m: Vec<f32>,
     /// The points' places in their file, where one file with records is the whole survey.
     pub(crate) records: Option<OwnRecords>,
+}
+
+/// Warns when what a method's word promises does not stand.
+fn tell_departures(config: &Config, job: &Job) -> Result<()> {
+    let departures = settings::departures(config)?;
+    if !departures.is_empty() {
+        let message = format!("not as the method has it: {}", departures.join(", "));
+        job.event(Event::Warned(Warning { stage: "read", message }));
+    }
+    Ok(())
 }
 
 impl Site {
@@ -69,6 +87,9 @@ impl Site {
     pub fn load_with(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
         let files = io::site::load(folder).or_bad_input()?;
         let config = settings.of_site(&files.spec)?;
+        tell_departures(&config, job)?;
+        let memory = settings.memory.or(files.spec.memory);
+        bound_memory(memory, &files.survey_files, files.spec.area.is_some(), job)?;
         let mut inputs = BTreeMap::new();
         let mut input_files = Vec::new();
         for name in files.inputs() {
@@ -89,7 +110,9 @@ impl Site {
             input_files.push(file);
         }
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
-        let Joined { survey, mut references, records } = surveys::of_site(&files, job)?;
+        let entry_sizes_m = entry_sizes_m(&files.catalog, &catalog);
+        let Joined { survey, mut references, steps_m, records } = surveys::of_site(&files, job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
         let ground = ground(&files, &survey);
@@ -98,6 +121,7 @@ impl Site {
             survey_date: files.spec.survey_date.clone(),
             design,
             seed: settings.seed.unwrap_or(files.spec.seed),
+            memory,
             folder: Some(files.folder),
             catalog,
             survey,
@@ -108,6 +132,7 @@ impl Site {
             ground,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
@@ -124,14 +149,19 @@ impl Site {
         job: &Job,
     ) -> Result<Self> {
         let config = settings.alone()?;
+        tell_departures(&config, job)?;
+        bound_memory(settings.memory, &clouds.files, clouds.area.is_some(), job)?;
         let (mut inputs, mut input_files) = (BTreeMap::new(), Vec::new());
         for file in clouds.files.iter().map(PathBuf::as_path).chain([catalog]).chain(review) {
             let name = file.file_name().map_or(file, Path::new);
             inputs.insert(portable(name), entry(file).or_bad_input()?);
             input_files.push(file.to_path_buf());
         }
-        let catalog = catalogue::read(catalog, job)?;
-        let Joined { survey, records, .. } = clouds.survey(job)?;
+        let spec = io::site::load_catalog(catalog).or_bad_input()?;
+        let catalog = catalogue::models(&spec, catalog, job)?;
+        let entry_sizes_m = entry_sizes_m(&spec, &catalog);
+        let Joined { survey, steps_m, records, .. } = clouds.survey(job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let site = Self {
             name: String::new(),
             survey_date: String::new(),
@@ -145,8 +175,10 @@ impl Site {
             learned: None,
             config,
             seed: settings.seed.unwrap_or_default(),
+            memory: settings.memory,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
@@ -175,7 +207,15 @@ impl Site {
             plan::check_extent(design, &self.catalog, &self.config.plan)
                 .map_err(pipeline::PipelineError::from)?;
         }
-        Ok(())
+        self.need().check(self.memory)
+    }
+
+    /// What a run of it holds at once.
+    fn need(&self) -> Need {
+        let raster_bytes = self.design.as_ref().map_or(0, |design| {
+            plan::raster_bytes(design, &self.catalog, &self.config.plan).unwrap_or(0)
+        });
+        Need { points: self.survey.cloud.len() as u64, raster_bytes }
     }
 
     /// Refuses to write where an input lies. Errors: the file is one of them.
@@ -219,6 +259,29 @@ impl Site {
         }
     }
 
+    /// `fits 2.79 ± 0.01 m; the catalogue says 2.00`, or, with several types, the same as a share; `None`: too few blocks tell.
+    pub fn size_sentence(&self, found: &Recognition) -> Option<String> {
+        let size = found.pile.size?;
+        let over = format!("over {} blocks", size.blocks);
+        let mut found = scene::stated(&found.blocks).map(|(_, fit)| fit.model);
+        let first = found.next().or_else(|| self.catalog.iter().next().map(|(id, _)| id))?;
+        let alone = found.all(|model| model == first) && self.catalog.len() == 1;
+        let entry_m = self.entry_sizes_m.get(usize::from(first.0)).filter(|_| alone);
+        Some(match entry_m {
+            Some(entry_m) => format!(
+                "`{}` fits {:.2} ± {:.2} m {over}; the catalogue says {entry_m:.2}",
+                self.catalog.get(first).name,
+                entry_m * size.factor,
+                entry_m * size.factor_sd
+            ),
+            None => format!(
+                "the blocks fit {:.1} ± {:.1} % of the catalogue's sizes {over}",
+                100.0 * size.factor,
+                100.0 * size.factor_sd
+            ),
+        })
+    }
+
     /// Where a run of this site is kept unless another folder is named.
     pub fn run_folder(&self) -> PathBuf {
         self.folder.as_deref().unwrap_or(Path::new(".")).join("run")
@@ -234,6 +297,20 @@ impl Site {
             ))
         })
     }
+}
+
+/// Tells the job of its bound, and holds what the surveys' headers state against it before they are read.
+fn bound_memory(
+    memory: Option<MemoryBound>,
+    surveys: &[PathBuf],
+    partly: bool,
+    job: &Job,
+) -> Result<()> {
+    let Some(bound) = memory else { return Ok(()) };
+    job.memory().set(bound);
+    // Of a part of a survey no header knows how many points it has.
+    let files = surveys.iter().filter(|_| !partly).map(PathBuf::as_path);
+    Need { points: memory::stated_points(files), raster_bytes: 0 }.check(memory)
 }
 
 fn named_review(file: &Path) -> Result<Review> {

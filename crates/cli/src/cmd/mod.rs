@@ -10,6 +10,7 @@ pub mod init;
 pub mod man;
 pub mod measured;
 pub mod next;
+pub mod open;
 pub mod plan;
 pub mod recognise;
 pub mod report;

@@ -1,7 +1,9 @@
 //! `tsumu plan`: how many blocks to add, where, in which order and attitude.
 
+use crate::cmd::chosen::MethodName;
 use crate::words;
 use clap::Args;
+use scene::MemoryBound;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{Job, PlanOptions, Result, Run, Settings, Site};
@@ -21,9 +23,16 @@ pub struct PlanArgs {
     /// A TOML file whose settings count before the site's, or config.toml of a run
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// Whose settings stand where site and file say no others: `thesis` is the thesis' chain (embedding and Algorithm 1; point
+    /// pair features, point-to-point ICP, least fitness; random drops) [default: the file's, or ours]
+    #[arg(long, value_enum)]
+    pub method: Option<MethodName>,
     /// How the first pose of each new block is chosen
     #[arg(long, value_enum)]
     pub policy: Option<PolicyName>,
+    /// Drops of policy `random` in a window, of which the best stays: the thesis' generate-and-test [default: 1]
+    #[arg(long, value_name = "N")]
+    pub drops: Option<u32>,
     /// The site folder, when the run does not lie in it
     #[arg(long, value_name = "SITE_DIR")]
     pub site: Option<PathBuf>,
@@ -45,6 +54,9 @@ pub struct PlanArgs {
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// How much memory it may take, e.g. 4GB: what does not fit is refused [default: the site's, or as much as it needs]
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<MemoryBound>,
 }
 
 /// Policies on the command line.
@@ -73,10 +85,13 @@ impl PlanArgs {
     fn settings(&self) -> Settings {
         Settings {
             file: self.config.clone(),
+            method: self.method.map(MethodName::method),
             policy: self.policy.map(PolicyName::policy),
+            drops: self.drops,
             plans: self.plans,
             improve: self.improve,
             seed: self.seed,
+            memory: self.memory,
         }
     }
 }

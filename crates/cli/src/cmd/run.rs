@@ -1,9 +1,11 @@
 //! `tsumu run`: all stages for one site.
 
+use crate::cmd::chosen::MethodName;
 use crate::cmd::plan::PolicyName;
 use crate::words;
 use anyhow::anyhow;
 use clap::Args;
+use scene::MemoryBound;
 use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
@@ -28,9 +30,16 @@ pub struct RunArgs {
     /// A TOML file whose settings count before the site's, or config.toml of a run
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// Whose settings stand where site and file say no others: `thesis` is the thesis' chain (embedding and Algorithm 1; point
+    /// pair features, point-to-point ICP, least fitness; random drops) [default: the file's, or ours]
+    #[arg(long, value_enum)]
+    pub method: Option<MethodName>,
     /// How the first pose of each new block is chosen [default: the site's, or search]
     #[arg(long, value_enum)]
     pub policy: Option<PolicyName>,
+    /// Drops of policy `random` in a window, of which the best stays: the thesis' generate-and-test [default: 1]
+    #[arg(long, value_name = "N")]
+    pub drops: Option<u32>,
     /// Folder or weights file of `tsumu-lab train segment`, or shipped weights by name: `tetrapod`, `any-shape`, `fpcc`
     /// [default: the shipped weights that suit the catalogue]
     #[arg(long, value_name = "MODEL")]
@@ -44,26 +53,41 @@ pub struct RunArgs {
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// How much memory it may take, e.g. 4GB: what does not fit is refused [default: the site's, or as much as it needs]
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<MemoryBound>,
     /// Plan also where no block was recognised: on the surveyed ground
     #[arg(long)]
     pub bare_ground: bool,
+    /// Also recognise both halves of the surveys and tell how far they agree: repeatability without truth
+    #[arg(long)]
+    pub self_check: bool,
 }
 
 impl RunArgs {
     fn settings(&self) -> Settings {
         Settings {
             file: self.config.clone(),
+            method: self.method.map(MethodName::method),
             policy: self.policy.map(PolicyName::policy),
+            drops: self.drops,
             plans: self.plans,
             improve: None,
             seed: self.seed,
+            memory: self.memory,
         }
     }
 
     fn options(&self) -> RunOptions {
         RunOptions {
-            recognise: RecogniseOptions { weights: self.model.clone() },
-            plan: PlanOptions { proposer: self.placement_model.clone(), ..PlanOptions::default() },
+            recognise: RecogniseOptions {
+                weights: self.model.clone(),
+                self_check: self.self_check,
+            },
+            plan: PlanOptions {
+                proposer: self.placement_model.clone(),
+                ..PlanOptions::default()
+            },
         }
     }
 }
@@ -79,6 +103,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);
     words::recognised(&recognised, terminal);
+    site.size_sentence(&recognition).iter().for_each(|line| terminal.say(line));
     let nothing = recognised.recognised_blocks == 0 && !args.bare_ground;
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());

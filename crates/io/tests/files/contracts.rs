@@ -29,6 +29,7 @@ proptest! {
         let rows: Vec<BlockRow> = rows.into_iter().enumerate().map(|(i, (pose, model, occlusion, fitness_m))| BlockRow {
             block_id: i as u32 + 1, model: model.clone(), pose, occlusion, confidence: occlusion, fitness_m,
             runner_up: fitness_m.map(|_| model), runner_up_fitness_m: fitness_m, type_judged: fitness_m.map(|f| f > 0.5),
+            legs: fitness_m.filter(|f| *f > 0.3).map(|f| scene::Legs { seen: (f * 9.0) as u8, hidden: 1, missing: 0 }),
         }).collect();
         let text = blocks_csv::blocks_text(&rows);
         let back = blocks_csv::read_from(&mut Input::of_bytes(Path::new("blocks.csv"), text.as_bytes())).unwrap();
@@ -54,7 +55,7 @@ proptest! {
 fn the_header_lines_are_the_contract() {
     assert_eq!(
         blocks_csv::blocks_text(&[]),
-        "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz,occlusion,confidence,fitness_m,runner_up,runner_up_fitness_m,type_judged\n"
+        "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz,occlusion,confidence,fitness_m,runner_up,runner_up_fitness_m,type_judged,legs_seen,legs_hidden,legs_missing\n"
     );
     assert_eq!(blocks_csv::truth_text(&[]), "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz,occlusion\n");
     assert_eq!(
@@ -173,7 +174,7 @@ fn a_manifest_of_another_layout_is_not_believed() {
     let run = folder.path();
     Manifest::new("0.1.0", 7, serde_json::Value::Null).seal(run, []).unwrap();
     let path = run.join(manifest::FILE);
-    let text = fs::read_to_string(&path).unwrap().replace("\"format\": 1", "\"format\": 99");
+    let text = fs::read_to_string(&path).unwrap().replace("\"format\": 2", "\"format\": 99");
     fs::write(&path, text).unwrap();
     let message = manifest::verify(run, None).unwrap_err().to_string();
     assert!(message.contains("99") && message.contains("reads 1"), "{message}");
@@ -202,7 +203,10 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
     let mut manifest = Manifest::new("0.1.0", 7, serde_json::Value::Null);
     manifest.seal(run.path(), []).unwrap();
     let text = fs::read_to_string(run.path().join(manifest::FILE)).unwrap();
+    // As an earlier version wrote it, without a hash of itself.
+    let own = manifest.own_blake3.clone().unwrap();
     let hostile = text
+        .replace(&format!("\"own_blake3\": \"{own}\",\n  \"format\": 2"), "\"format\": 1")
         .replace("\"outputs\": {}", "\"outputs\": {\"../x\": {\"bytes\": 0, \"blake3\": \"\"}}");
     assert_ne!(text, hostile);
     fs::write(run.path().join(manifest::FILE), hostile).unwrap();
