@@ -11,6 +11,7 @@ use crate::evidence::{Evidence, reach_m, shared_inside, weigh};
 use crate::finish::{Accepted, distance_m, fit_points, largest_sd};
 use crate::ground::Ground;
 use crate::measured::Measured;
+use crate::pile_facts::PileFacts;
 use crate::rivals::forced;
 use crate::shell::Shells;
 use crate::template::Template;
@@ -59,6 +60,7 @@ impl<'a> Context<'a> {
         measured: &'a Measured,
         ground: Option<&Ground>,
         config: &EvidenceConfig,
+        facts: Option<&PileFacts>,
     ) -> Self {
         let mut off: Vec<(f32, f32)> = blocks
             .par_iter()
@@ -75,7 +77,8 @@ impl<'a> Context<'a> {
             sum += o.1;
             sum >= half
         });
-        let typical_m = middle.map_or(0.0, |o| o.0).max(1e-6);
+        let own_m = middle.map_or(0.0, |o| o.0).max(1e-6);
+        let typical_m = facts.and_then(|f| f.typical_m).unwrap_or(own_m);
         let shells = Shells::new(blocks, templates, measured, ground, config);
         let absolute: Vec<Absolute> = blocks
             .par_iter()
@@ -85,7 +88,8 @@ impl<'a> Context<'a> {
                 Absolute::of(block, shell, template, measured, reach_m(measured, template, config))
             })
             .collect();
-        let explained = shells.explained_by(|_| true);
+        let known = facts.and_then(|f| f.explained);
+        let explained = known.unwrap_or_else(|| shells.explained_by(|_| true));
         Self { blocks, pool, templates, measured, typical_m, absolute, shells, explained }
     }
 
@@ -96,9 +100,19 @@ impl<'a> Context<'a> {
         common_size(&of)
     }
 
-    /// Share of what stands above the bed that the blocks for which `counts` holds explain.
-    pub fn explained_by(&self, counts: impl Fn(usize) -> bool) -> f32 {
-        self.shells.explained_by(counts)
+    /// Working points at places for which `owns` holds that the blocks explain for which `counts` holds, and all that stand above the
+    /// bed there.
+    pub fn explained_where(
+        &self,
+        counts: impl Fn(usize) -> bool,
+        owns: impl Fn(Vec3) -> bool,
+    ) -> (usize, usize) {
+        self.shells.explained_where(counts, |i| owns(self.measured.position[i]))
+    }
+
+    /// How far points usually lie from the blocks, metres, and the share of the points that blocks explain.
+    pub fn of_the_pile(&self) -> (f32, f32) {
+        (self.typical_m, self.explained)
     }
 
     /// The features of a block at its final pose, on its own points, from which the surface is off by `distance_m`.

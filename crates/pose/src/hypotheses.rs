@@ -5,6 +5,7 @@
 
 use crate::acceptance::{Acceptance, Candidate, accept};
 use crate::evidence::{reach_m, weigh};
+use crate::fattening::Fattening;
 use crate::finish::{Accepted, other_type, refine};
 use crate::ground::Ground;
 use crate::measured::Measured;
@@ -26,6 +27,8 @@ pub struct Found {
     pub(crate) points: Vec<Vec<u32>>,
     /// The bed the blocks leave.
     pub(crate) bed: Option<Ground>,
+    /// How a sounder was seen to err.
+    pub(crate) fattening: Option<Fattening>,
 }
 
 impl Prepared<'_> {
@@ -45,8 +48,8 @@ impl Prepared<'_> {
             }
             (chosen, None)
         };
-        let (blocks, points) = self.refined(&chosen, &candidates);
-        Ok(Found { tasks, candidates, blocks, points, bed })
+        let (blocks, points, fattening) = self.refined(&chosen, &candidates);
+        Ok(Found { tasks, candidates, blocks, points, bed, fattening })
     }
 
     /// Where blocks are looked for.
@@ -72,7 +75,7 @@ impl Prepared<'_> {
         &self,
         chosen: &[(usize, f32)],
         candidates: &[Origin],
-    ) -> (Vec<Accepted>, Vec<Vec<u32>>) {
+    ) -> (Vec<Accepted>, Vec<Vec<u32>>, Option<Fattening>) {
         let pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
         let accepted = |&(i, gain): &(usize, f32)| {
             let winner: &Candidate = &pool[i];
@@ -86,8 +89,10 @@ impl Prepared<'_> {
         };
         let mut blocks: Vec<Accepted> = chosen.iter().map(accepted).collect();
         let (templates, measured) = (&self.templates, &self.measured);
-        let points = refine(self.survey(), &mut blocks, &pool, templates, measured, self.config);
-        (blocks, points)
+        let (config, facts) = (self.config, self.facts);
+        let (points, fattening) =
+            refine(self.survey(), &mut blocks, &pool, templates, measured, config, facts);
+        (blocks, points, fattening)
     }
 }
 

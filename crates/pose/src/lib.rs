@@ -24,6 +24,7 @@ mod leftovers;
 mod levelling;
 mod limbs;
 mod measured;
+mod pile_facts;
 mod prepare;
 mod recognise;
 mod rivals;
@@ -48,8 +49,9 @@ pub use config::{
 pub use error::PoseError;
 pub use hypotheses::Found;
 pub use limbs::{Limb, LimbState};
+pub use pile_facts::{LineShifts, Part, PileFacts};
 pub use prepare::{Prepared, prepare};
-pub use recognise::{Outcome, recognise, recognise_pile, recognise_with_features};
+pub use recognise::{Outcome, recognise, recognise_part, recognise_pile, recognise_with_features};
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;
 

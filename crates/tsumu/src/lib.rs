@@ -50,6 +50,7 @@ mod stored;
 mod summary;
 mod surveys;
 mod synthetic_site;
+mod tiles;
 mod unfilled;
 pub mod version;
 mod weights;
@@ -93,6 +94,9 @@ pub use summary::{
 };
 pub use surveys::Clouds;
 pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
+pub use tiles::{
+    Tile, TileDone, TileOptions, TilePlan, TileRequest, TileStatus, TiledSite, merge_tiles,
+};
 pub use weights::{WeightsOrigin, load as load_weights};
 pub use io::what_if_csv::WhatIfRow;
 pub use what_if::WhatIf;

@@ -18,5 +18,6 @@ pub mod run;
 pub mod segment;
 pub mod sign;
 pub mod synth;
+pub mod tiles;
 pub mod verify;
 pub mod what_if;

@@ -2,11 +2,12 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 19] = [
     "init",
     "blocks",
     "check",
     "run",
+    "tiles",
     "segment",
     "recognise",
     "plan",

@@ -16,5 +16,6 @@ mod opened;
 mod rated;
 mod reviewed;
 mod site;
+mod tiles;
 mod tiny_site;
 mod verify;
