@@ -12,7 +12,7 @@ use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, SiteFrame, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -102,7 +102,7 @@ impl Site {
         surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
-        let ground = ground(&files, &survey);
+        let ground = ground(&files, &survey.frame);
         let site = Self {
             name: files.spec.name.clone(),
             survey_date: files.spec.survey_date.clone(),
@@ -336,8 +336,8 @@ fn design(
 }
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.
-fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
-    let origin = survey.frame.origin;
+pub(crate) fn ground(site: &io::site::Site, frame: &SiteFrame) -> Option<Ground> {
+    let origin = frame.origin;
     site.spec.ground.map(|ground| match ground {
         GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
         GroundSpec::Plane(plane) => {
@@ -345,7 +345,7 @@ fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
             let normal =
                 DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
             let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
-            Ground::Plane { point: survey.frame.local_from_site(point), normal }
+            Ground::Plane { point: frame.local_from_site(point), normal }
         }
     })
 }

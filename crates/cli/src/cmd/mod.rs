@@ -17,4 +17,5 @@ pub mod run;
 pub mod segment;
 pub mod sign;
 pub mod synth;
+pub mod tiles;
 pub mod verify;

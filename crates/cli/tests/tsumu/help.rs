@@ -2,11 +2,12 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "init",
     "blocks",
     "check",
     "run",
+    "tiles",
     "segment",
     "recognise",
     "plan",
