@@ -239,7 +239,8 @@ pub fn what_if_head(terminal: &Terminal) {
 
 /// A row of it.
 pub fn what_if(row: &WhatIfRow, terminal: &Terminal) {
-    let [raise, slope, block, overflow] = row.assumed.clone().map(|a| if a.is_empty() { "–".into() } else { a });
+    let [raise, slope, block, overflow] =
+        row.assumed.clone().map(|a| if a.is_empty() { "–".into() } else { a });
     let [blocks, mass, _, _, left, _, porosity, protruding] = row.figures;
     terminal.say(format!(
         "{raise:>8}{slope:>8}{block:>18}{overflow:>10}{blocks:>8.0}{mass:>10.1}{left:>10.1}{porosity:>10.3}{protruding:>10.0}"

@@ -142,8 +142,7 @@ fn parsed(line: &str) -> Option<(String, Figures)> {
         porosity,
         protruding,
         seconds,
-    ] =
-        numbers.try_into().ok()?;
+    ] = numbers.try_into().ok()?;
     let figures = Figures {
         blocks,
         mean_distance_m,

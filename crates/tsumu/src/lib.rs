@@ -72,6 +72,7 @@ pub use error::{Error, Kind, Result};
 pub use evaluate::{Evaluation, Scores, evaluate};
 pub use evaluate_labels::{LabelEvaluation, LabelScores, evaluate_labels};
 pub use input_kinds::InputKinds;
+pub use io::what_if_csv::WhatIfRow;
 pub use job::{Cancel, Job};
 pub use labelled::check_labelled;
 pub use memory::MemoryLimit;
@@ -98,6 +99,5 @@ pub use tiles::{
     Tile, TileDone, TileOptions, TilePlan, TileRequest, TileStatus, TiledSite, merge_tiles,
 };
 pub use weights::{WeightsOrigin, load as load_weights};
-pub use io::what_if_csv::WhatIfRow;
 pub use what_if::WhatIf;
 pub use whole_run::{RunOptions, WholeRun, run};

@@ -84,10 +84,7 @@ impl RunArgs {
                 weights: self.model.clone(),
                 self_check: self.self_check,
             },
-            plan: PlanOptions {
-                proposer: self.placement_model.clone(),
-                ..PlanOptions::default()
-            },
+            plan: PlanOptions { proposer: self.placement_model.clone(), ..PlanOptions::default() },
         }
     }
 }
