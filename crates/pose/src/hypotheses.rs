@@ -4,6 +4,7 @@
 //! nothing is gained; refine what was accepted on all its points.
 
 use crate::acceptance::{Acceptance, Candidate, accept};
+use crate::beside::Rows;
 use crate::evidence::{reach_m, weigh};
 use crate::fattening::Fattening;
 use crate::finish::{Accepted, other_type, refine};
@@ -36,8 +37,14 @@ impl Prepared<'_> {
     pub fn recognise(&self, observer: &dyn Observer) -> Result<Found, PoseError> {
         let (config, measured) = (self.config, &self.measured);
         let tasks = self.tasks();
-        let mut stage =
-            Stage { templates: &self.templates, measured, config, seed: self.seed, observer };
+        let mut stage = Stage {
+            templates: &self.templates,
+            measured,
+            config,
+            seed: self.seed,
+            observer,
+            rows: Rows::default(),
+        };
         let mut candidates = stage.candidates(&tasks, 0)?;
         let (chosen, bed) = if config.verification {
             stage.chosen(&mut candidates)?
@@ -113,6 +120,7 @@ struct Stage<'a> {
     config: &'a PoseConfig,
     seed: SeedTree,
     observer: &'a dyn Observer,
+    rows: Rows,
 }
 
 impl Stage<'_> {
@@ -263,7 +271,11 @@ impl Stage<'_> {
             accepted.len(),
             tasks.len()
         ));
-        self.candidates(&tasks, round)
+        let mut found = self.candidates(&tasks, round)?;
+        let config = &self.config.evidence;
+        let beside = self.rows.go_on(&accepted, self.templates, self.measured, config);
+        found.extend(beside.into_iter().map(|c| (None, c)));
+        Ok(found)
     }
 
     fn note(&self, message: String) {

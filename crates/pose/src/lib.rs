@@ -9,6 +9,8 @@ pub mod rotation_grid;
 
 mod absolute;
 mod acceptance;
+mod beside;
+mod beyond;
 mod canonical;
 mod confidence;
 mod error;
