@@ -73,6 +73,40 @@ impl CommonError {
     }
 }
 
+/// Pairs that covariances taken as they are count for.
+const AS_GIVEN_WEIGHT: f64 = 10.0;
+/// Covariances are never taken for better than by this.
+const LEAST_SCALE: f64 = 0.1;
+
+/// By how much the covariances of shift and of turn are too large, from the pairs that did not change: 1 where they are right or
+/// too small. Fits count that points err together; where both surveys err alike, the difference errs less than both.
+pub(crate) fn scales(differences: &[(Difference, f64)], common: &Matrix<6>) -> [f64; 2] {
+    let still: Vec<&Difference> =
+        differences.iter().filter(|(_, d2)| *d2 < NO_CHANGE).map(|(d, _)| d).collect();
+    let scale = |axes: [usize; 3]| {
+        let mut ratio: Vec<f64> = still
+            .iter()
+            .flat_map(|d| axes.map(|i| (d.d[i] * d.d[i], d.covariance[i][i] + common[i][i])))
+            .filter(|(_, v)| *v > 0.0 && *v < 1.0)
+            .map(|(r2, v)| r2 / v)
+            .collect();
+        if ratio.is_empty() {
+            return 1.0;
+        }
+        let middle = ratio.len() / 2;
+        let found = *ratio.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN;
+        let count = still.len() as f64;
+        ((AS_GIVEN_WEIGHT + count * found) / (AS_GIVEN_WEIGHT + count)).clamp(LEAST_SCALE, 1.0)
+    };
+    [scale([0, 1, 2]), scale([3, 4, 5])]
+}
+
+/// A covariance of shift and turn with both parts scaled.
+pub(crate) fn scaled(covariance: &Matrix<6>, scales: [f64; 2]) -> Matrix<6> {
+    let root = |i: usize| scales[i / 3].sqrt();
+    std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] * root(i) * root(j)))
+}
+
 /// The variance that, added to each one's own, brings the median of square over variance to that of χ²₁.
 fn extra_variance(samples: &[(f64, f64)]) -> f64 {
     if samples.is_empty() {
@@ -92,4 +126,27 @@ fn extra_variance(samples: &[(f64, f64)]) -> f64 {
         if median(middle) > MEDIAN { low = middle } else { high = middle }
     }
     high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn covariances_too_large_are_scaled_and_those_too_small_are_not() {
+        let of = |d: f64, sd: f64| {
+            let mut covariance = zeros::<6>();
+            (0..6).for_each(|i| covariance[i][i] = sd * sd);
+            (Difference { d: [d; 6], covariance }, 0.0)
+        };
+        // Median of |d| is 0.6745 standard deviations of 1 mm; the covariances say 2 mm.
+        let said: Vec<(Difference, f64)> = (0..90).map(|_| of(0.6745e-3, 2e-3)).collect();
+        let [shift, turn] = scales(&said, &zeros::<6>());
+        assert!((shift - 0.325).abs() < 0.01 && shift == turn, "{shift} {turn}");
+        let small: Vec<(Difference, f64)> = (0..90).map(|_| of(2e-3, 1e-3)).collect();
+        assert_eq!(scales(&small, &zeros::<6>()), [1.0, 1.0]);
+        assert_eq!(scales(&[], &zeros::<6>()), [1.0, 1.0]);
+        let scaled = scaled(&said[0].0.covariance, [0.25, 1.0]);
+        assert!((scaled[0][0] - 1e-6).abs() < 1e-12 && (scaled[3][3] - 4e-6).abs() < 1e-12);
+    }
 }

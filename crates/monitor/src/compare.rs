@@ -1,9 +1,9 @@
 //! The comparison of two epochs: register, match, test, look.
 
-use crate::body::{Body, difference};
+use crate::body::{Body, Difference, difference};
 use crate::breakage::{BreakageConfig, gone_by_itself_m2, gone_m2, limit_blocks2};
 use crate::change::{Change, Class};
-use crate::common_error::CommonError;
+use crate::common_error::{self, CommonError};
 use crate::dense::{Matrix, cholesky, distance2, sum};
 use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
 use crate::matching::{MatchConfig, Pair, matched};
@@ -486,12 +486,24 @@ fn tested(
     catalog: &Catalog,
 ) -> Vec<Tested> {
     let common = error.covariance();
-    let one = |p: &Pair| {
+    let of_pair = |p: &Pair| {
         let (a, b) = (&frame.earlier[p.earlier], &moved[p.later]);
+        let delta = difference(a, b, catalog);
         let of_motion = covariance_at(frame.pivot, b.centre, &reference.covariance);
-        Tested::of(*p, difference(a, b, catalog), &sum(&common, &of_motion))
+        let all = sum(&delta.covariance, &sum(&common, &of_motion));
+        let d2 = cholesky(&all).map_or(f64::INFINITY, |l| distance2(&l, &delta.d));
+        (delta, d2)
     };
-    pairs.iter().map(one).collect()
+    let differences: Vec<(Difference, f64)> = pairs.iter().map(of_pair).collect();
+    let scales = common_error::scales(&differences, &common);
+    let one = |(p, (delta, _)): (&Pair, &(Difference, f64))| {
+        let b = &moved[p.later];
+        let of_motion = covariance_at(frame.pivot, b.centre, &reference.covariance);
+        let covariance = common_error::scaled(&delta.covariance, scales);
+        let extra = sum(&common_error::scaled(&common, scales), &of_motion);
+        Tested::of(*p, Difference { covariance, ..*delta }, &extra)
+    };
+    pairs.iter().zip(&differences).map(one).collect()
 }
 
 fn views(
