@@ -8,7 +8,7 @@ mod recogniser;
 pub mod survey;
 
 pub use error::PipelineError;
-pub use pose::PileVerdict;
+pub use pose::{PileVerdict, Templates};
 pub use recogniser::{Recogniser, Recognition};
 
 use geom::{Observer, SeedTree, Vec3};

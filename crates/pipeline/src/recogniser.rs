@@ -5,6 +5,7 @@
 
 use crate::{Config, PipelineError, survey};
 use geom::{Observer, SeedTree, Silent};
+use pose::Templates;
 use scene::{Catalog, Recognised, Segmentation, Survey};
 use segment::{Foreground, SegmentModel};
 use serde::{Deserialize, Serialize};
@@ -54,15 +55,27 @@ impl Recogniser<'_> {
         survey: &Survey,
         segments: Segmentation,
     ) -> Result<Recognition, PipelineError> {
-        let foreground = self.foreground(survey, &Silent);
-        let config = &self.config.pose;
-        let found = pose::recognise_pile(
-            &foreground.survey,
-            &segments,
-            self.catalog,
-            config,
-            self.observer,
-        )?;
+        let ready = Templates::new(self.catalog, &self.config.pose)?;
+        self.judged(self.foreground(survey, &Silent), segments, &ready)
+    }
+
+    /// [`recognise`](Self::recognise) with block types that are ready, for surveys that come one after the other.
+    pub fn recognise_with(
+        &self,
+        survey: &Survey,
+        ready: &Templates,
+    ) -> Result<Recognition, PipelineError> {
+        let (foreground, segments) = self.segmented(survey)?;
+        self.judged(foreground, segments, ready)
+    }
+
+    fn judged(
+        &self,
+        foreground: Foreground,
+        segments: Segmentation,
+        ready: &Templates,
+    ) -> Result<Recognition, PipelineError> {
+        let found = pose::recognise_with(&foreground.survey, &segments, ready, self.observer)?;
         let mut blocks: Vec<Recognised> = found.blocks.into_iter().map(|b| b.0).collect();
         blocks.iter_mut().for_each(|b| foreground.whole_points(&mut b.points));
         let segmentation = foreground.whole_segmentation(segments);

@@ -44,6 +44,8 @@ pub use config::{
 };
 pub use error::PoseError;
 pub use limbs::{Limb, LimbState};
-pub use recognise::{Outcome, recognise, recognise_pile, recognise_with_features};
+pub use recognise::{
+    Outcome, Templates, recognise, recognise_pile, recognise_with, recognise_with_features,
+};
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;

@@ -69,6 +69,26 @@ pub struct Outcome {
     pub limbs: Vec<(InstanceId, Vec<Limb>)>,
 }
 
+/// Block types made ready once, for many surveys: distance fields, samples of surfaces, rotations.
+pub struct Templates<'a> {
+    catalog: &'a Catalog,
+    config: PoseConfig,
+    all: Vec<Template<'a>>,
+}
+
+impl<'a> Templates<'a> {
+    /// Makes all types of a catalogue ready. Errors: settings that make no sense, a mesh that is no solid.
+    pub fn new(catalog: &'a Catalog, config: &PoseConfig) -> Result<Self, PoseError> {
+        config.check()?;
+        Ok(Self { catalog, config: config.clone(), all: templates(catalog, config, stage_seed())? })
+    }
+}
+
+/// Chance has no say in what is found: the same draws whatever the user's seed.
+fn stage_seed() -> SeedTree {
+    SeedTree::new(0).child("pose", 0)
+}
+
 /// [`recognise`] with everything it knows. What a person should be told also goes to the observer.
 pub fn recognise_pile(
     survey: &Survey,
@@ -79,19 +99,29 @@ pub fn recognise_pile(
 ) -> Result<Outcome, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
-    // Chance has no say in what is found: the same draws whatever the user's seed.
-    let seed = SeedTree::new(0).child("pose", 0);
-    let templates = templates(catalog, config, seed)?;
+    recognise_with(survey, segmentation, &Templates::new(catalog, config)?, observer)
+}
+
+/// The same with block types that are ready already.
+pub fn recognise_with(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    ready: &Templates,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
+    let (catalog, config, templates, seed) =
+        (ready.catalog, &ready.config, &ready.all, stage_seed());
+    check_input(survey, segmentation, catalog)?;
     if survey.cloud.is_empty() {
         return Ok(Outcome::default());
     }
     let canonical = Canonical::new(survey, segmentation);
     let (survey, segmentation) = (&canonical.survey, &canonical.segmentation);
     let levelled =
-        config.levelling.then(|| levelled(survey, &templates, config, observer)).flatten();
+        config.levelling.then(|| levelled(survey, templates, config, observer)).flatten();
     let (survey, noise_sd_m) =
         levelled.as_ref().map_or((survey, None), |(survey, noise)| (survey, Some(*noise)));
-    let measured = measure(survey, &templates, config, noise_sd_m)?;
+    let measured = measure(survey, templates, config, noise_sd_m)?;
     let tasks = match config.places {
         Places::Segments => tasks(segmentation, &measured, catalog.d_max_m()),
         Places::Windows => {
@@ -105,7 +135,7 @@ pub fn recognise_pile(
     } else {
         tasks.into_iter().filter(|t| t.is_segment).collect()
     };
-    let mut stage = Stage { templates: &templates, measured: &measured, config, seed, observer };
+    let mut stage = Stage { templates, measured: &measured, config, seed, observer };
 
     let mut candidates = stage.candidates(&tasks, 0)?;
     let mut found = if config.verification {

@@ -82,6 +82,11 @@ impl<'a> Job<'a> {
         self.warnings.lock().expect("no thread panics with this lock").push(line.into());
     }
 
+    /// Whether somebody asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled()
+    }
+
     /// A part is done.
     pub(crate) fn done(&self, part: &'static str) {
         self.event(Event::Part { part, state: PartState::Done });

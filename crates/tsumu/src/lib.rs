@@ -11,7 +11,10 @@
 //! # Ok::<(), tsumu::Error>(())
 //! ```
 
+mod arrays;
 mod before;
+mod bin;
+mod bin_lines;
 mod catalogue;
 mod comparison;
 mod dataset;
@@ -43,8 +46,10 @@ pub mod version;
 mod weights;
 mod whole_run;
 
+pub use arrays::{Arrays, catalog_of};
+pub use bin::{Bin, BinLook, BinOptions, Grasp};
 pub use before::{cannot, check, check_first, init};
-pub use catalogue::{RecipeInputs, read_recipe};
+pub use catalogue::{RecipeInputs, read as read_catalog, read_recipe};
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
     compare_with_plan, read_stable_ground,
@@ -66,6 +71,8 @@ pub use settings::Settings;
 pub use site::Site;
 pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary};
 pub use surveys::Clouds;
-pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
+pub use synthetic_site::{
+    Georeference, SyntheticSite, make_next_epoch, make_scene, make_site, read_then,
+};
 pub use weights::{WeightsOrigin, load as load_weights};
 pub use whole_run::{RunOptions, WholeRun, run};

@@ -5,12 +5,12 @@ use crate::own_records::OwnRecords;
 use crate::surveys::{self, Clouds, Joined};
 use crate::{Error, Job, Result, Settings, catalogue};
 use anyhow::{Context, anyhow};
-use geom::{DVec3, Observer};
+use geom::Observer;
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, Review, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -150,7 +150,7 @@ impl Site {
     }
 
     /// What no file alone tells: the unit of the blocks, the place of the design.
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         pipeline::survey::check_scale(&self.survey, &self.catalog)?;
         if let Some(design) = &self.design {
             self.check_heights(design)?;
@@ -262,15 +262,5 @@ fn design(
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.
 fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
-    let origin = survey.frame.origin;
-    site.spec.ground.map(|ground| match ground {
-        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
-        GroundSpec::Plane(plane) => {
-            let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
-            let normal =
-                DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
-            let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
-            Ground::Plane { point: survey.frame.local_from_site(point), normal }
-        }
-    })
+    site.spec.ground.as_ref().map(|ground| surveys::ground_of(ground, survey))
 }

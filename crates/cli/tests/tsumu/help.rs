@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 16] = [
     "init",
     "blocks",
     "check",
@@ -15,6 +15,7 @@ const COMMANDS: [&str; 15] = [
     "evaluate",
     "verify",
     "sign",
+    "serve-bin",
     "synth",
     "completions",
     "man",
