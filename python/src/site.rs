@@ -137,6 +137,7 @@ impl Site {
         proposer: Option<PathBuf>,
         asked: Asked,
     ) -> PyResult<Planned> {
+        self.is_of_this_survey(&recognition.site)?;
         let (site, found) = (self.0.clone(), recognition.found.clone());
         let options = PlanOptions { proposer, ..PlanOptions::default() };
         let planned = work(py, asked, move |job| site.plan(&found, &options, job))?;
@@ -212,5 +213,22 @@ impl Site {
     #[getter]
     fn has_design(&self) -> bool {
         self.0.design.is_some()
+    }
+}
+
+impl Site {
+    /// Refuses blocks of another survey or catalogue: their points and types would be taken for others.
+    fn is_of_this_survey(&self, other: &tsumu::Site) -> PyResult<()> {
+        let (own, theirs) = (&self.0.survey, &other.survey);
+        let names = |site: &tsumu::Site| -> Vec<String> {
+            site.catalog.iter().map(|(_, model)| model.name.clone()).collect()
+        };
+        if own.cloud.position_m != theirs.cloud.position_m || own.frame.origin != theirs.frame.origin {
+            return Err(bad_input("recognition: is of another survey than this site's"));
+        }
+        if names(&self.0) != names(other) {
+            return Err(bad_input("recognition: is of another catalogue than this site's"));
+        }
+        Ok(())
     }
 }

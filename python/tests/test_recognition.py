@@ -58,7 +58,7 @@ def test_the_network_alone(site: tsumu.Site, found: tsumu.Recognition) -> None:
 
 def test_a_plan_has_its_columns(site: tsumu.Site, found: tsumu.Recognition) -> None:
     quick = tsumu.Site.load(str(site.folder), settings={"plan": {"policy": "random", "uncertainty": {"seeds": 0}}}, seed=3)
-    plan = tsumu.plan(quick.recognise()) if False else quick.plan(found)
+    plan = quick.plan(found)
     assert len(plan) == plan.summary["blocks"] > 0
     assert plan.rests.shape == plan.drops.shape == (len(plan), 4, 4)
     assert (plan.drops[:, 2, 3] >= plan.rests[:, 2, 3] - 1e-6).all()
@@ -76,6 +76,16 @@ def test_a_design_in_memory_is_planned(site: tsumu.Site, found: tsumu.Recognitio
     blocks = memory.recognise()
     assert np.array_equal(blocks.poses, found.poses)
     assert np.array_equal(memory.plan(blocks).rests, folder.plan(found).rests)
+
+
+def test_blocks_of_another_survey_are_refused(site: tsumu.Site, found: tsumu.Recognition) -> None:
+    design = {"kind": "level", "level_m": 3.0, "boundary": [[41240, -98770], [41260, -98770], [41260, -98750]]}
+    fewer = tsumu.Site.of_points(site.points[:-1], site.catalog, crs=site.crs, design=design)
+    with pytest.raises(tsumu.BadInput, match="another survey"):
+        fewer.plan(found)
+    other = tsumu.Site.of_points(site.points, tsumu.Catalog.cube(1.5), crs=site.crs, design=design)
+    with pytest.raises(tsumu.BadInput, match="another catalogue"):
+        other.plan(found)
 
 
 def test_tables_of_others(found: tsumu.Recognition) -> None:
