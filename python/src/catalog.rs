@@ -54,7 +54,8 @@ impl Catalog {
             facts.set_item("density_kg_m3", f64::from(model.density_kg_m3))?;
             facts.set_item("longest_edge_m", f64::from(model.d_box_m))?;
             facts.set_item("reach_m", f64::from(model.d_max_m))?;
-            facts.set_item("centre", model.centre.to_array().map(f64::from))?;
+            let [x, y, z] = model.centre.to_array().map(f64::from);
+            facts.set_item("centre", (x, y, z))?;
             facts.set_item("symmetries", model.symmetry.order())?;
             Ok(facts)
         };
