@@ -41,7 +41,7 @@ impl Recipe {
         let inputs = self.0.clone();
         let made = work(py, asked, move |job| {
             let made = job.install(|| tsumu::make_scene(&inputs, seed, index))?;
-            match job.is_cancelled() {
+            match job.is_stopped() {
                 true => Err(tsumu::Error::stopped(anyhow::anyhow!("stopped"))),
                 false => Ok(made),
             }

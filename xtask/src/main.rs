@@ -3,7 +3,9 @@
 mod bench;
 mod check;
 mod citations;
+mod deb;
 mod fit;
+mod package;
 mod process;
 mod release;
 
@@ -18,7 +20,10 @@ cargo xtask bench kernels [FILTER]       times of the eight kernels (benches/)
 cargo xtask bench sites OUT [--scenes N] [--seed SEED] [--white-noise]
                                          recognition on held-out piles of the six site-sensor sets
 cargo xtask fit [NAME [OUT]]             fits a fitted vector anew; without a name, what there is to fit
-cargo xtask release [--dry-run]          program, list of components and checksums of this version, after all checks";
+cargo xtask package [--profile P] [TARGET...]
+                                         archives, Debian package, components, notes and checksums of this tree
+cargo xtask release [--dry-run | TARGET...]
+                                         the same for a version that is ready, after all checks";
 
 /// The repository's folder.
 fn root() -> PathBuf {
@@ -42,6 +47,7 @@ fn run(args: &[String]) -> Result<ExitCode> {
         ["check", rest @ ..] => return check::check(rest),
         ["bench", rest @ ..] => bench::bench(rest)?,
         ["fit", rest @ ..] => fit::fit(rest)?,
+        ["package", rest @ ..] => package::package(rest, &release::version()?)?,
         ["release", rest @ ..] => release::release(rest)?,
         [] | ["--help" | "-h" | "help"] => println!("{USAGE}"),
         [other, ..] => bail!("there is no chore `{other}`\n{USAGE}"),

@@ -1,16 +1,17 @@
 //! What goes out: the program, the list of its components, and their checksums, after everything was checked.
 
-use crate::check::{self, built};
-use crate::process::{cargo, command, done, output};
+use crate::check;
+use crate::package::{self, Wanted};
+use crate::process::{command, output};
 use crate::root;
 use anyhow::{Context, Result, bail};
 use std::process::ExitCode;
 
 pub fn release(args: &[&str]) -> Result<()> {
-    let dry = match args {
-        [] => false,
-        ["--dry-run"] => true,
-        _ => bail!("`release [--dry-run]`"),
+    let (dry, targets) = match args {
+        ["--dry-run"] => (true, Vec::new()),
+        targets if targets.iter().all(|t| !t.starts_with('-')) => (false, targets.to_vec()),
+        _ => bail!("`release [--dry-run | TARGET...]`"),
     };
     let version = version()?;
     let wrong = unready(&version)?;
@@ -27,11 +28,14 @@ pub fn release(args: &[&str]) -> Result<()> {
     if check::check(&["--strict"])? != ExitCode::SUCCESS {
         bail!("a check failed, so nothing is released");
     }
-    build(&version)
+    let folder = package::pack(&Wanted { version: &version, profile: "dist", targets })?;
+    println!("{}", folder.display());
+    println!("now: git tag -s v{version} (docs/release.md)");
+    Ok(())
 }
 
 /// The version of the workspace.
-fn version() -> Result<String> {
+pub fn version() -> Result<String> {
     let table: toml::Table = std::fs::read_to_string(root().join("Cargo.toml"))?.parse()?;
     let package = table.get("workspace").and_then(|w| w.get("package"));
     let version = package.and_then(|p| p.get("version")).and_then(|v| v.as_str());
@@ -58,25 +62,6 @@ fn unready(version: &str) -> Result<Vec<String>> {
 fn released(changes: &str, version: &str) -> bool {
     let heading = format!("## {version} (");
     changes.lines().any(|line| line.starts_with(&heading) && line.ends_with(')'))
-}
-
-fn build(version: &str) -> Result<()> {
-    done(cargo(&["build", "--profile", "dist", "--locked", "--bin", "tsumu"]))?;
-    let folder = built().join(format!("tsumu-{version}"));
-    std::fs::create_dir_all(&folder)?;
-    let name = format!("tsumu{}", std::env::consts::EXE_SUFFIX);
-    std::fs::copy(built().join("dist").join(&name), folder.join(&name))?;
-    for page in ["README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE"] {
-        std::fs::copy(root().join(page), folder.join(page))?;
-    }
-    let components = output(command("python3", ["tools/sbom.py"]))?;
-    std::fs::write(folder.join("tsumu.cdx.json"), components)?;
-    let mut sums = command("sha256sum", [name.as_str(), "tsumu.cdx.json"]);
-    sums.current_dir(&folder);
-    std::fs::write(folder.join("SHA256SUMS"), output(sums)?)?;
-    println!("{}", folder.display());
-    println!("now: git tag -s v{version} (docs/release.md)");
-    Ok(())
 }
 
 #[cfg(test)]

@@ -50,6 +50,8 @@ pub enum Command {
     ServeBin(cmd::serve_bin::ServeBinArgs),
     /// Make synthetic piles with known truth, scanned like a survey
     Synth(cmd::synth::SynthArgs),
+    /// Open the page: the same work in the browser, without a command line
+    Open(cmd::open::OpenArgs),
     /// Print the completion script of a shell
     Completions(cmd::completions::CompletionsArgs),
     /// Write the manual pages

@@ -8,7 +8,7 @@ use crate::tin_thinning::TinThinning;
 use crate::{
     IoError, atomic, dxf, geojson, geopackage, geotiff, glb, ifc, qgis_project, qgis_style, xlsx,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// How far a LandXML surface may stray from its map, metres: the map's own cells are no truer.
 const TIN_TOLERANCE_M: f32 = 0.01;
@@ -28,14 +28,22 @@ pub struct ExportSet<'a> {
     pub surfaces: &'a [&'a str],
 }
 
-/// Writes all of them into a folder; each file whole or not at all.
-pub fn write(folder: &Path, set: &ExportSet) -> Result<(), IoError> {
+/// Writes all of them into a folder, each file whole or not at all; the files it wrote.
+pub fn write(folder: &Path, set: &ExportSet) -> Result<Vec<PathBuf>, IoError> {
     write_with(folder, set, &Details::default())
 }
 
 /// Writes all of them with alignment, design, unfilled places, quantities and the day of the survey.
-pub fn write_with(folder: &Path, set: &ExportSet, details: &Details) -> Result<(), IoError> {
-    let at = |name: &str| folder.join(name);
+pub fn write_with(
+    folder: &Path,
+    set: &ExportSet,
+    details: &Details,
+) -> Result<Vec<PathBuf>, IoError> {
+    let mut written = Vec::new();
+    let mut at = |name: &str| {
+        written.push(folder.join(name));
+        folder.join(name)
+    };
     let drawing = &set.drawing;
     geopackage::write_with(&at("project.gpkg"), drawing, details, set.seed)?;
     qgis_project::write(&at("project.qgz"), drawing, set.maps)?;
@@ -57,15 +65,17 @@ pub fn write_with(folder: &Path, set: &ExportSet, details: &Details) -> Result<(
         }
     }
     tins.retain(|surface| !surface.tin.triangles.is_empty());
-    let path = at("surfaces.xml");
+    let path = folder.join("surfaces.xml");
     if tins.is_empty() {
         // One of an earlier run would be taken for this run's.
         return match std::fs::remove_file(&path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(IoError::write(&path, e)),
-            _ => Ok(()),
+            _ => Ok(written),
         };
     }
-    landxml::write_with(&path, drawing.name, &drawing.frame.crs, &tins, drawing.sections, details)
+    landxml::write_with(&path, drawing.name, &drawing.frame.crs, &tins, drawing.sections, details)?;
+    written.push(path);
+    Ok(written)
 }
 
 fn surface(name: &str, map: &Raster) -> Surface {

@@ -34,6 +34,14 @@ pub fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, IoError> {
     if bytes.len() as u64 > limit { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
 }
 
+/// Text of a file that must be one, be UTF-8, and hold at most `limit` bytes.
+pub fn read_text(path: &Path, limit: u64) -> Result<String, IoError> {
+    String::from_utf8(read_bytes(path, limit)?).map_err(|_| {
+        let what = "the file is not UTF-8 text; save it as UTF-8";
+        IoError::malformed(path, Place::File, what)
+    })
+}
+
 fn regular(meta: &std::fs::Metadata) -> io::Result<()> {
     if meta.is_dir() {
         return Err(io::Error::new(

@@ -33,6 +33,7 @@ pub mod mesh;
 pub mod not_judged_csv;
 pub mod npy;
 pub mod obj;
+mod own_hash;
 pub mod pcd;
 pub mod placements_csv;
 pub mod ply;
@@ -64,6 +65,6 @@ mod vector_layers;
 
 pub use csv_table::SitePose;
 pub use error::{IoError, Place};
-pub use input::{Input, open_regular, read_bytes};
+pub use input::{Input, open_regular, read_bytes, read_text};
 pub use raw_cloud::RawCloud;
 pub use read_options::{LeaveOut, ReadOptions};

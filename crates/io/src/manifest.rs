@@ -1,6 +1,6 @@
 //! `manifest.json`: what made a run folder, and the BLAKE3 hash of every input and output, so that anybody can check.
 
-use crate::{IoError, Place, atomic, review};
+use crate::{IoError, Place, atomic, own_hash, review};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,21 +10,27 @@ use std::path::{Component, Path, PathBuf};
 pub const FILE: &str = "manifest.json";
 
 /// Layout of the file that this version writes and reads.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
-/// The lock of whoever writes into a run folder; it stays there, empty, and says nothing of the run.
+/// The layout before: the same without the file's own hash.
+const WITHOUT_OWN_HASH: u32 = 1;
+
+/// The lock of whoever writes into a run folder: there while somebody writes, or where a writer was killed.
 pub const LOCK: &str = ".tsumu-lock";
 
 /// A manifest is text about some hundred files.
 const LARGEST: u64 = 64 << 20;
 
-/// Wall times of a run: of no consequence for the result, different every time, and so neither hashed nor checked.
+/// Wall times of a run: different every time, and so not in the manifest; the file holds a hash of itself.
 pub const APART: &str = "timing.json";
 
 /// The manifest. Holds no times and no absolute paths: the same inputs, seed and version give the same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
+    /// BLAKE3 of the file as it is with zeros in this place; `None` in memory until it is sealed, and in files of layout 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_blake3: Option<String>,
     /// Version of this file's layout.
     pub format: u32,
     /// Version of the program.
@@ -43,7 +49,7 @@ pub struct Manifest {
 }
 
 /// Size and hash of a file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
     /// Size.
@@ -82,6 +88,7 @@ impl Manifest {
     /// A manifest without files.
     pub fn new(version: &str, seed: u64, config: serde_json::Value) -> Self {
         Self {
+            own_blake3: None,
             format: FORMAT,
             version: version.into(),
             seed,
@@ -126,20 +133,34 @@ impl Manifest {
         Ok(())
     }
 
-    /// Hashes what the run has written, given relative to its folder, and writes the manifest there. Only that is vouched
-    /// for: a file somebody else put into the folder is none of the run's outputs.
+    /// Hashes what was written, given relative to its folder, and writes the manifest there. Only that is vouched for: a
+    /// file somebody else put into the folder is none of the outputs.
     pub fn seal<'n>(
         &mut self,
         run: &Path,
         written: impl IntoIterator<Item = &'n Path>,
     ) -> Result<(), IoError> {
-        self.outputs.clear();
-        for name in written {
-            self.outputs.insert(portable(name), entry(&run.join(name))?);
-        }
-        let mut text = serde_json::to_string_pretty(self).expect("a manifest is plain data");
-        text.push('\n');
-        atomic::write_bytes(&run.join(FILE), text.as_bytes())
+        let hashed = |name: &Path| Ok((portable(name), entry(&run.join(name))?));
+        let outputs: Result<_, IoError> = written.into_iter().map(hashed).collect();
+        self.seal_with(run, outputs?)
+    }
+
+    /// The same with hashes that were taken when the outputs were written: a file that was changed since is not vouched for.
+    pub fn seal_with(
+        &mut self,
+        run: &Path,
+        outputs: BTreeMap<String, Entry>,
+    ) -> Result<(), IoError> {
+        self.outputs = outputs;
+        atomic::write_bytes(&run.join(FILE), self.sealed_text().as_bytes())
+    }
+
+    /// The file's text with its own hash.
+    pub fn sealed_text(&mut self) -> String {
+        (self.format, self.own_blake3) = (FORMAT, Some(own_hash::zeros()));
+        let text = own_hash::seal(pretty(self));
+        self.own_blake3 = serde_json::from_str::<Self>(&text).ok().and_then(|m| m.own_blake3);
+        text
     }
 
     /// Takes the manifest of an earlier run away before the first of its files is overwritten: from then on until the new
@@ -168,11 +189,19 @@ impl Manifest {
         let manifest: Self = serde_json::from_slice(bytes).map_err(|e| {
             IoError::malformed(path, Place::Line(e.line() as u64), format!("not a manifest: {e}"))
         })?;
-        if manifest.format != FORMAT {
+        if ![WITHOUT_OWN_HASH, FORMAT].contains(&manifest.format) {
             let what = format!(
-                "format = {} is not known (this version reads {FORMAT}); use the version of the program that made the run",
+                "format = {} is not known (this version reads {WITHOUT_OWN_HASH} and {FORMAT}); use the version of the program that made the run",
                 manifest.format
             );
+            return Err(IoError::unsupported(path, what));
+        }
+        let whole = match manifest.format {
+            FORMAT => manifest.own_blake3.is_some() && own_hash::is_whole(bytes) == Some(true),
+            _ => manifest.own_blake3.is_none(),
+        };
+        if !whole {
+            let what = "the manifest itself was changed since the run, so that nothing it says can be believed; run again, or take it from a copy";
             return Err(IoError::unsupported(path, what));
         }
         let outside =
@@ -196,7 +225,12 @@ pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoErro
     for (folder, entries) in folders {
         for (name, expected) in entries {
             let path = folder.join(name);
+            let is_output = std::ptr::eq(entries, &manifest.outputs);
             match entry(&path) {
+                // A link leads to a file that may change without this one.
+                Ok(_) if is_output && path.is_symlink() => {
+                    differences.push(Difference::Changed(path));
+                }
                 Ok(found) if found == *expected => {}
                 Ok(_) => differences.push(Difference::Changed(path)),
                 Err(IoError::Os { source, .. })
@@ -225,11 +259,42 @@ pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoErro
     {
         differences.push(Difference::NotHonoured(review));
     }
+    if !times_are_own(&run.join(APART)) {
+        differences.push(Difference::Changed(run.join(APART)));
+    }
+    let lock = Some(PathBuf::from(LOCK)).filter(|lock| run.join(lock).symlink_metadata().is_ok());
     let unlisted = files_below(run)?
         .into_iter()
+        .chain(lock)
         .filter(|name| !manifest.outputs.contains_key(&portable(name)));
     differences.extend(unlisted.map(|name| Difference::Unlisted(run.join(name))));
     Ok(differences)
+}
+
+/// Writes the wall times of a run, an object, with the hash of what is written.
+pub fn write_times(run: &Path, seconds: &serde_json::Value) -> Result<(), IoError> {
+    let mut times = seconds.clone();
+    if let Some(times) = times.as_object_mut() {
+        times.insert("own_blake3".into(), own_hash::zeros().into());
+    }
+    atomic::write_bytes(&run.join(APART), own_hash::seal(pretty(&times)).as_bytes())
+}
+
+/// Whether the wall times are as they were written; a run without them, or with those of an earlier version, says nothing.
+fn times_are_own(path: &Path) -> bool {
+    if path.symlink_metadata().is_err() {
+        return true;
+    }
+    let Ok(bytes) = crate::input::read_bytes(path, LARGEST) else { return false };
+    let stated = serde_json::from_slice::<BTreeMap<String, serde_json::Value>>(&bytes);
+    match own_hash::is_whole(&bytes) {
+        Some(whole) => whole,
+        None => stated.is_ok_and(|times| times.values().all(serde_json::Value::is_number)),
+    }
+}
+
+fn pretty(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("plain data") + "\n"
 }
 
 /// BLAKE3 of some bytes.

@@ -131,12 +131,12 @@ impl GraphBackbone {
             let mut result = Vec::new();
             for (first, count) in blocks(counts[at]) {
                 let block = pooled[first * wide..(first + count) * wide].to_vec();
-                let x = level.finish(rows(block, count, device));
-                if let Some(next) = self.levels.get(at + 1) {
-                    a.extend(floats(next.project(x.clone())));
-                }
+                let x = level.finish_values(rows(block, count, device));
                 if first < wanted {
-                    result.extend(floats(x));
+                    result.extend_from_slice(&x);
+                }
+                if let Some(next) = self.levels.get(at + 1) {
+                    a.extend(floats(next.project(rows(x, count, device))));
                 }
             }
             results.push(result);

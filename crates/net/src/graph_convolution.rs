@@ -5,11 +5,15 @@
 
 use crate::Neighbourhood;
 use crate::attentive_pooling::{PoolingWeights, RELATIVE, pool, pool_backward};
+use crate::row_norm::{NormWeights, normalise};
 use burn::module::{Initializer, Module, Param};
 use burn::nn::{LayerNorm, LayerNormConfig, Linear, LinearConfig};
 use burn::optim::GradientsParams;
 use burn::tensor::activation::{relu, softmax};
 use burn::tensor::{Device, Int, Tensor, TensorData};
+
+/// Added to a row's variance; the library's own, which both ways share.
+const EPSILON: f32 = 1e-5;
 
 /// A graph convolution from `c_in` to `c_out` features by way of `c` features on every edge.
 #[derive(Module, Debug)]
@@ -40,7 +44,7 @@ impl GraphConvolution {
             bias: uniform(RELATIVE).init([c], device),
             attention: uniform(wide).init([wide, wide], device),
             out: LinearConfig::new(wide, c_out).init(device),
-            norm: LayerNormConfig::new(c_out).init(device),
+            norm: LayerNormConfig::new(c_out).with_epsilon(f64::from(EPSILON)).init(device),
         }
     }
 
@@ -57,6 +61,19 @@ impl GraphConvolution {
     /// Pooled `[n, c + 10]` into the level's result `[n, c_out]`.
     pub fn finish(&self, pooled: Tensor<2>) -> Tensor<2> {
         relu(self.norm.forward(self.out.forward(pooled)))
+    }
+
+    /// The same outside any gradient tape, with the same bits on every processor; row-major.
+    pub fn finish_values(&self, pooled: Tensor<2>) -> Vec<f32> {
+        let mut values = floats(self.out.forward(pooled));
+        let gain = floats(self.norm.gamma.val());
+        let bias = match &self.norm.beta {
+            Some(beta) => floats(beta.val()),
+            None => vec![0.0; gain.len()],
+        };
+        let weights = NormWeights { gain: &gain, bias: &bias, epsilon: EPSILON };
+        normalise(&mut values, weights);
+        values
     }
 
     /// The pooled part of the first `count` points, fused, outside any gradient tape.

@@ -9,6 +9,7 @@ pub mod prelude;
 pub mod processor;
 pub mod replicas;
 pub mod residual;
+pub mod row_norm;
 pub mod schedule;
 mod small_gemm;
 pub mod sparse_convolution;

@@ -143,6 +143,8 @@ fn input<'a>(works: &'a Works, scene: &'a Scene) -> PlanInput<'a> {
         catalog: works.catalog,
         placed: works.placed,
         proposer: works.proposer,
+        // A bed that is stated is known everywhere.
+        survey: works.ground.is_none().then_some(&works.survey.cloud),
     }
 }
 

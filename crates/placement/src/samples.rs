@@ -144,6 +144,7 @@ fn pile_samples(
         catalog,
         placed: &[],
         proposer: None,
+        survey: None,
     };
     /// Only a wish to stop goes through; progress counts piles.
     struct Quiet<'a>(&'a dyn Observer);

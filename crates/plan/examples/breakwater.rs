@@ -32,6 +32,7 @@ fn main() {
         catalog: &catalog,
         placed: &[],
         proposer: None,
+        survey: None,
     };
 
     let mut config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };

@@ -25,6 +25,7 @@ fn main() {
         catalog: &catalog,
         placed: &[],
         proposer: None,
+        survey: None,
     };
     let config = PlanConfig { block: Some("supplement".into()), ..PlanConfig::default() };
     let generate = GenerateConfig {

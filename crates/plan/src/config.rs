@@ -64,6 +64,8 @@ pub struct PlanConfig {
     pub jitter_m: Option<f32>,
     /// Most rounds.
     pub rounds: u32,
+    /// Whether ground that nobody has surveyed is planned on, as interpolated from afar.
+    pub unsurveyed: bool,
     /// What must lie inside the boundary.
     pub inside: Inside,
     /// Solid walls along a convex boundary (a bin; the thesis' boundary planes). Never counted as support.
@@ -183,6 +185,7 @@ impl Default for PlanConfig {
             overflow_m: None,
             jitter_m: None,
             rounds: 20,
+            unsurveyed: false,
             inside: Inside::Whole,
             walls: false,
             displacement_limit_m: None,

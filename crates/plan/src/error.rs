@@ -73,7 +73,7 @@ pub enum PlanError {
     },
     /// The design has no cell anywhere.
     #[error(
-        "the design surface covers nothing: no cell of {cell_m} m has a design height; check its boundary"
+        "the design surface covers nothing that was surveyed: no cell of {cell_m} m has a design height and survey points near it; check its boundary"
     )]
     NoWorks {
         /// Edge of a cell.

@@ -28,6 +28,7 @@ mod site;
 mod stack;
 mod summary;
 mod surfaces;
+mod surveyed;
 mod trial;
 mod uncertainty;
 mod unfilled;
@@ -44,7 +45,7 @@ pub use ground::{GroundConfig, estimate_ground};
 pub use network_pose::{Proposal, Proposer};
 pub use obstacles::with_obstacles;
 pub use quantities::section_quantities;
-pub use site::{PlanInput, block_to_place, check_extent};
+pub use site::{PlanInput, block_to_place, check_extent, raster_bytes};
 pub use surfaces::{
     CrossSection, Surfaces, SurfacesInput, cross_sections, cross_sections_every, design_lines,
     point_deficits_m, surfaces, works_line,

@@ -7,8 +7,9 @@ use crate::{
     network_pose::Proposer,
     search::Attitudes,
     stack::{self, Stack},
+    surveyed::{SQUARE, leave_out_unseen},
 };
-use geom::{HeightMap, Observer, SeedTree, Vec2, Vec3, Warning};
+use geom::{HeightMap, Observer, PointCloud, SeedTree, Vec2, Vec3, Warning};
 use rand::RngExt;
 use scene::{Catalog, DesignSurface, ModelId, PlacedBlock, Scene, SiteFrame};
 use sim::{BlockShape, World};
@@ -36,6 +37,8 @@ pub struct PlanInput<'a> {
     pub placed: &'a [PlacedBlock],
     /// What proposes poses for policy `network`; the other policies need none.
     pub proposer: Option<&'a dyn Proposer>,
+    /// The survey, where ground that it does not show is not judged; `None`: the ground is known everywhere.
+    pub survey: Option<&'a PointCloud>,
 }
 
 /// The checked site.
@@ -70,7 +73,8 @@ pub(crate) fn prepare<'a>(
     let settings = config.resolve(block, input.catalog.d_max_m())?;
     let margin_m = block.d_box_m;
     check_raster(input.design, margin_m, &settings)?;
-    let design = stack::design_map(input.design, input.frame, settings.cell_m, margin_m);
+    let mut design = stack::design_map(input.design, input.frame, settings.cell_m, margin_m);
+    leave_out_unsurveyed(&mut design, input, config, margin_m, observer);
     if !design.z_m.iter().any(|z| z.is_finite()) {
         return Err(PlanError::NoWorks { cell_m: settings.cell_m });
     }
@@ -105,6 +109,27 @@ pub(crate) fn prepare<'a>(
     let reach = config.crane.as_ref().map(|c| c.reach(block.mass_kg(), input.frame)).transpose()?;
     let walls = if settings.walls { walls(input)? } else { Vec::new() };
     Ok(Site { settings, model, shapes, poses, reach, design, walls })
+}
+
+/// Takes out of the works what nobody has surveyed, unless it is asked for, and says so.
+fn leave_out_unsurveyed(
+    design: &mut HeightMap,
+    input: &PlanInput,
+    config: &PlanConfig,
+    d_box_m: f32,
+    observer: &dyn Observer,
+) {
+    let Some(survey) = input.survey.filter(|_| !config.unsurveyed) else { return };
+    let cell_m2 = design.cell_m * design.cell_m;
+    let works_m2 = design.z_m.iter().filter(|z| z.is_finite()).count() as f32 * cell_m2;
+    let left_m2 = leave_out_unseen(design, &survey.position_m, SQUARE * d_box_m);
+    if left_m2 > 0.0 {
+        let message = format!(
+            "{left_m2:.0} m² of the design ({:.0} %) lie where nothing was surveyed: they are not judged and not planned on; survey them, state the [ground], or say `unsurveyed = true` in [plan]",
+            100.0 * left_m2 / works_m2
+        );
+        observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
+    }
 }
 
 impl Site<'_> {
@@ -150,15 +175,36 @@ pub fn check_extent(
     Ok(())
 }
 
+/// Memory that the maps of a plan take, bytes, for the block whose maps are largest. Errors: a setting that is out of range.
+pub fn raster_bytes(
+    design: &DesignSurface,
+    catalog: &Catalog,
+    config: &PlanConfig,
+) -> Result<u64, PlanError> {
+    let asked = |name: &str| config.block.as_ref().is_none_or(|block| block == name);
+    let mut most = 0;
+    for (_, model) in catalog.iter().filter(|(_, m)| asked(&m.name)) {
+        let settings = config.resolve(model, catalog.d_max_m())?;
+        most = most.max(raster_cells(design, model.d_box_m, &settings));
+    }
+    Ok((most as f64 * BYTES_A_CELL) as u64)
+}
+
+/// Cells of the raster over a design and a margin around it.
+fn raster_cells(design: &DesignSurface, margin_m: f32, settings: &Settings) -> u64 {
+    let [low, high] = design.extent();
+    let along = |axis: usize| high[axis] - low[axis] + 2.0 * f64::from(margin_m);
+    let cells_along = |axis: usize| (along(axis) / f64::from(settings.cell_m)).max(1.0) as u64;
+    cells_along(0).saturating_mul(cells_along(1))
+}
+
 fn check_raster(
     design: &DesignSurface,
     margin_m: f32,
     settings: &Settings,
 ) -> Result<(), PlanError> {
     let [low, high] = design.extent();
-    let along = |axis: usize| high[axis] - low[axis] + 2.0 * f64::from(margin_m);
-    let cells_along = |axis: usize| (along(axis) / f64::from(settings.cell_m)).max(1.0) as u64;
-    let cells = cells_along(0).saturating_mul(cells_along(1));
+    let cells = raster_cells(design, margin_m, settings);
     let limit = (f64::from(settings.memory_gb) * 1e9 / BYTES_A_CELL) as u64;
     if cells > limit {
         return Err(PlanError::TooManyCells {

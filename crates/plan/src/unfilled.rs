@@ -120,6 +120,7 @@ mod tests {
             catalog: &catalog,
             placed: &[],
             proposer: None,
+            survey: None,
         };
         use PlacementState::{Outside, Overflow, Unstable};
         let removed = vec![

@@ -1,6 +1,6 @@
 //! From segments and centre hypotheses to accepted blocks with pose and type (METHOD §4).
 //!
-//! [`recognise`] is the stage. The default searches rotations on the model's distance field and lets all hypotheses
+//! [`recognise`] is the stage: [`prepare`] · [`Prepared::recognise`] · [`Prepared::judge`]. The default searches rotations on the model's distance field and lets all hypotheses
 //! compete for the points; the thesis' point pair features are there for comparison and as a second source.
 
 pub mod config;
@@ -18,10 +18,13 @@ mod features;
 mod finish;
 mod fit;
 mod ground;
+mod hypotheses;
+mod judge;
 mod leftovers;
 mod levelling;
 mod limbs;
 mod measured;
+mod prepare;
 mod recognise;
 mod rivals;
 mod search;
@@ -43,9 +46,14 @@ pub use config::{
     EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig, StatedPlane,
 };
 pub use error::PoseError;
+pub use hypotheses::Found;
 pub use limbs::{Limb, LimbState};
+pub use prepare::{Prepared, Templates, prepare};
 pub use recognise::{
-    Outcome, Templates, recognise, recognise_pile, recognise_with, recognise_with_features,
+    Outcome, recognise, recognise_pile, recognise_with, recognise_with_features,
 };
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;
+
+/// What events of this room are signed with.
+const STAGE: &str = "pose";

@@ -47,6 +47,9 @@ pub struct Preflight {
     pub design_covered: Option<f64>,
     /// A guess of what a run will take.
     pub expected: Expected,
+    /// The design itself, where it can be read.
+    #[serde(skip)]
+    pub design: Option<DesignSurface>,
 }
 
 /// Checks a site folder. Whatever is wrong becomes a complaint; the observer is told what is being looked at.
@@ -122,6 +125,7 @@ fn look_at(site: &Site, observer: &dyn Observer, out: &mut Preflight) {
     let least = catalog.as_ref().and_then(|c| c.iter().map(|(_, m)| m.d_box_m).reduce(f32::min));
     datum_steps(f64::from(least.unwrap_or(1.0)), out);
     out.expected = expected(&out.surveys);
+    out.design = design;
 }
 
 fn catalog(site: &Site, out: &mut Preflight) -> Option<Catalog> {

@@ -157,15 +157,48 @@ fn design_text(out: &mut String, looks: &[SurveyLook]) {
     writeln!(out, "boundary = [[{west:?}, {south:?}], [{east:?}, {south:?}], [{east:?}, {north:?}], [{west:?}, {north:?}]]  # east, north").expect(fine);
 }
 
-/// The path as a site writes it: relative when the file lies in the folder, else whole; `/` between folders.
+/// The path as a site writes it: relative when the file lies in the folder or beside it, so that both can be moved together, else
+/// whole; `/` between folders.
 fn place(file: &Path, folder: &Path) -> String {
     let real = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_path_buf());
-    let (file, folder) = (real(file), real(folder));
-    let shown = file.strip_prefix(&folder).unwrap_or(&file);
+    let (real_file, folder) = (real(file), real_folder(folder));
+    let below = |f: Option<&Path>| f.and_then(|f| real_file.strip_prefix(f).ok());
+    let shown = match (below(Some(&folder)), below(folder.parent())) {
+        (Some(inside), _) => inside.to_path_buf(),
+        (None, Some(beside)) => Path::new("..").join(beside),
+        // As the user knows it: the real path of Windows is no path that a user writes.
+        (None, None) => std::path::absolute(file).unwrap_or_else(|_| real_file.clone()),
+    };
     shown.display().to_string().replace('\\', "/")
+}
+
+/// The folder without links in its path, also one that is not there yet.
+fn real_folder(folder: &Path) -> PathBuf {
+    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+    let parent = || Some(whole.parent()?.canonicalize().ok()?.join(whole.file_name()?));
+    whole.canonicalize().ok().or_else(parent).unwrap_or(whole)
 }
 
 /// A text as TOML has it.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_survey_beside_the_site_moves_with_it() {
+        let root = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(root.path().join("files")).unwrap();
+        let file = root.path().join("files/a.laz");
+        std::fs::write(&file, "").unwrap();
+        assert_eq!(place(&file, root.path()), "files/a.laz");
+        // The folder of a first site is not there yet.
+        assert_eq!(place(&file, &root.path().join("pier")), "../files/a.laz");
+        let elsewhere = tempfile::tempdir().unwrap();
+        let far = place(&file, &elsewhere.path().join("a/b"));
+        assert!(Path::new(&far).is_absolute() && far.ends_with("files/a.laz"), "{far}");
+    }
 }

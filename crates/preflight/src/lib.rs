@@ -5,7 +5,9 @@ mod check;
 mod first_site;
 mod look;
 mod overlap;
+mod site_map;
 
 pub use check::{Expected, Preflight, check};
 pub use first_site::{FirstSite, InitError, first_site};
 pub use look::SurveyLook;
+pub use site_map::{SiteMap, site_map};

@@ -8,6 +8,7 @@ pub mod colour;
 pub mod input;
 pub mod lights;
 pub mod picture;
+pub mod relief;
 pub mod sheets;
 pub mod still;
 pub mod text;
@@ -29,7 +30,7 @@ pub use input::{
     Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, ReportInput,
     Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
 };
-pub use page::html;
+pub use page::{STYLE, html};
 pub use picture::{pile_picture, site_picture};
 pub use script::MODULES;
 pub use sheets::{SheetFont, SheetSet, sheets};

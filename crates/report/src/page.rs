@@ -9,7 +9,8 @@ use crate::{ReportError, ReportInput, Text, histogram};
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("page/page.html");
-const STYLE: &str = include_str!("page/style.css");
+/// The style of every page of ours.
+pub const STYLE: &str = include_str!("page/style.css");
 
 /// The report as one HTML file. Errors: values that do not belong together ([`ReportError`]).
 pub fn html(input: &ReportInput) -> Result<String, ReportError> {

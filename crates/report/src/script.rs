@@ -8,8 +8,9 @@ use base64::Engine;
 use sha2::{Digest, Sha256};
 
 /// Name and text of each module, each after those it imports.
-pub const MODULES: [(&str, &str); 18] = [
+pub const MODULES: [(&str, &str); 19] = [
     ("words.js", include_str!("page/words.js")),
+    ("frame.js", include_str!("page/frame.js")),
     ("colours.js", include_str!("page/colours.js")),
     ("camera.js", include_str!("page/camera.js")),
     ("data.js", include_str!("page/data.js")),

@@ -280,6 +280,7 @@ fn one_trial(bench: &Bench, set: &SiteSet, trial: u64) -> Result<[u32; 4], Repro
                 catalog: &set.catalog,
                 placed: &[],
                 proposer: None,
+                survey: None,
             },
             &PlanConfig::default(),
             seed,

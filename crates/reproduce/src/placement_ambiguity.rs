@@ -93,6 +93,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             catalog: &catalog,
             placed: &[],
             proposer: Some(&model),
+            survey: None,
         };
         measure(bench, &input, block, &model, seed.child("ambiguity", index), &mut found)?;
     }

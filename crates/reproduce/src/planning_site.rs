@@ -79,6 +79,7 @@ impl Span {
             catalog: &self.catalog,
             placed: &[],
             proposer: Some(&self.model),
+            survey: None,
         };
         Ok(plan::plans_over_volumes(&input, config, volumes_m3, seed, observer)?)
     }

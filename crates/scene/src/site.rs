@@ -1,6 +1,7 @@
 //! What `site.toml` says, before its files are read.
 
 use crate::design::DesignError;
+use crate::memory::MemoryBound;
 use crate::name::{NameError, check_name};
 use crate::{AxisOrder, DesignSurface, LengthUnit, PointMark, SensorKind, SlopingPlane};
 use geom::DVec3;
@@ -29,6 +30,9 @@ pub struct SiteSpec {
     /// Root of all random choices.
     #[serde(default)]
     pub seed: u64,
+    /// How much memory a run may take; `None`: as much as it needs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory: Option<MemoryBound>,
     /// The catalogue file.
     #[serde(default = "default_catalog")]
     pub catalog: PathBuf,

@@ -1,8 +1,11 @@
 //! What the programs share at a terminal: flags for output, progress for people and for machines, how a command ends.
 
+#[cfg(unix)]
+mod abort;
 mod fault;
 mod flags;
 mod terminal;
+mod watch;
 
 pub use flags::Output;
 pub use terminal::Terminal;

@@ -8,7 +8,7 @@ use serde_json::json;
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use tsumu::{Cancel, Error, Job, Result};
+use tsumu::{Cancel, Error, Job, MemoryLimit, Result};
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -21,6 +21,7 @@ pub struct Terminal {
     bars: bool,
     threads: Option<usize>,
     cancel: Cancel,
+    memory: MemoryLimit,
     running: Mutex<Option<Running>>,
     laps: Mutex<Laps>,
 }
@@ -39,7 +40,8 @@ struct Running {
 }
 
 impl Terminal {
-    /// Installs the Ctrl-C handler: the first press asks the stages to stop, the second ends the program.
+    /// Installs the Ctrl-C handler: the first press asks the stages to stop, the second ends the program. Watches memory, and
+    /// has an abort end with a line.
     pub fn new(output: &Output) -> Self {
         let cancel = Cancel::default();
         let asked = cancel.clone();
@@ -50,6 +52,11 @@ impl Terminal {
             }
             eprintln!("stopping after the work in hand; press Ctrl-C again to stop at once");
         });
+        // Without it an abort ends as the system ends it.
+        #[cfg(unix)]
+        let _ = crate::abort::told(output.json);
+        let memory = MemoryLimit::default();
+        crate::watch::over(memory.clone());
         Self {
             verbose: output.verbose,
             quiet: output.quiet,
@@ -57,6 +64,7 @@ impl Terminal {
             bars: !output.json && !output.quiet && std::io::stderr().is_terminal(),
             threads: output.threads,
             cancel,
+            memory,
             running: Mutex::new(None),
             laps: Mutex::new(Laps { last: Instant::now(), seconds: Vec::new() }),
         }
@@ -64,7 +72,7 @@ impl Terminal {
 
     /// A job that this terminal hears of and that Ctrl-C stops. Error: `--threads 0`.
     pub fn job(&self) -> Result<Job<'_>> {
-        let job = Job::new(self).cancelled_by(self.cancel.clone());
+        let job = Job::new(self).cancelled_by(self.cancel.clone()).limited_by(self.memory.clone());
         match self.threads {
             Some(threads) => job.on_threads(threads),
             None => Ok(job),

@@ -2,6 +2,7 @@
 
 use crate::error::OrBadInput;
 use crate::local_survey::{RawSurvey, local_survey};
+use crate::site::bound_memory;
 use crate::surveys::ground_of;
 use crate::{Error, Job, Result, Settings, Site, catalogue};
 use anyhow::anyhow;
@@ -44,6 +45,7 @@ impl Site {
         settings: &Settings,
         job: &Job,
     ) -> Result<Self> {
+        bound_memory(settings.memory, &[], true, job)?;
         let (design, ground) = (arrays.design.clone(), arrays.ground);
         let name = arrays.name.clone();
         let survey = survey_of(arrays)?;
@@ -61,13 +63,14 @@ impl Site {
             config: settings.alone()?.with_ground(ground.as_ref()),
             ground,
             review: None,
+            memory: settings.memory,
             seed: settings.seed.unwrap_or_default(),
             inputs: BTreeMap::new(),
             input_files: Vec::new(),
             records: None,
         };
         site.check()?;
-        if job.cancelled() {
+        if job.is_stopped() {
             return Err(Error::stopped(anyhow!("stopped before the work began")));
         }
         Ok(site)

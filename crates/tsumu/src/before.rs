@@ -33,6 +33,12 @@ pub fn cannot(found: &Preflight) -> Option<Error> {
     Error::of_lines(found.because.clone())
 }
 
+/// Writes what a check has seen from above as a JSON file; nothing where no survey could be read.
+pub fn write_map(found: &Preflight, file: &Path) -> Result<()> {
+    let Some(map) = preflight::site_map(found) else { return Ok(()) };
+    Ok(io::atomic::write_bytes(file, &serde_json::to_vec(&map)?)?)
+}
+
 /// Writes `site.toml` and `catalog.toml` of a first site into `folder`: everything that the surveys say, guesses marked as such.
 /// Errors: a survey cannot be read, no such block, the folder has a site already.
 pub fn init(

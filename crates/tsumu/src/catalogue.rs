@@ -9,6 +9,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use synth::Recipe;
 
+/// A recipe is a page of text.
+const MOST_BYTES: u64 = 16 << 20;
+
 /// Reads `catalog.toml` and the meshes it names.
 pub fn read(file: &Path, observer: &dyn Observer) -> Result<Catalog> {
     let spec = io::site::load_catalog(file).or_bad_input()?;
@@ -83,9 +86,7 @@ pub fn read_recipe(
     observer: &dyn Observer,
 ) -> Result<RecipeInputs> {
     let named = || file.display().to_string();
-    let text = std::fs::read_to_string(file)
-        .with_context(|| format!("cannot read {}", file.display()))
-        .or_bad_input()?;
+    let text = io::read_text(file, MOST_BYTES).or_bad_input()?;
     let recipe = Recipe::parse(&text).with_context(named).or_bad_input()?;
     recipe.check().with_context(named).or_bad_input()?;
     let (catalog_file, spec) = match (catalog, &recipe.catalog) {

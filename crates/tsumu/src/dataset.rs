@@ -17,6 +17,8 @@ use synth::{Recipe, SynthScene};
 
 /// Layout of the dataset folder.
 const FORMAT: u32 = 1;
+/// Largest mesh of a catalogue.
+const MOST_BYTES: u64 = 1 << 30;
 
 /// Files that all scenes share, by their name in the dataset folder.
 type Shared = Vec<(PathBuf, Vec<u8>)>;
@@ -139,7 +141,7 @@ fn with_meshes(spec: &CatalogSpec, file: &Path) -> Result<(CatalogSpec, Shared)>
         let from = beside.join(&*mesh);
         let kind = from.extension().and_then(|e| e.to_str()).unwrap_or("mesh").to_lowercase();
         *mesh = PathBuf::from(format!("meshes/{k}.{kind}"));
-        let bytes = fs::read(&from).with_context(|| from.display().to_string()).or_bad_input()?;
+        let bytes = io::read_bytes(&from, MOST_BYTES).or_bad_input()?;
         meshes.push((mesh.clone(), bytes));
     }
     Ok((spec, meshes))

@@ -11,7 +11,7 @@ use io::raster::Raster;
 use plan::{CrossSection, Surfaces, Unfilled, UnfilledReason};
 use report::Text;
 use scene::{PlacementState, SiteFrame};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Rasters of one grid and cuts through them, local frame.
 pub struct Drawings {
@@ -153,7 +153,7 @@ pub fn export(
     site: &Site,
     recognition: &Recognition,
     planned: Option<(&Planned, &Drawings)>,
-) -> Result<()> {
+) -> Result<Vec<PathBuf>> {
     let frame = &site.survey.frame;
     let (sections, maps) = match planned {
         Some((_, drawings)) => (drawings.section_lines(frame), drawings.maps(frame).to_vec()),

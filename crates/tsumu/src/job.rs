@@ -1,6 +1,6 @@
 //! What goes with every longer call: who hears of it, who may stop it, on how many threads it works.
 
-use crate::{Error, Result};
+use crate::{Error, MemoryLimit, Result};
 use anyhow::{Context, anyhow};
 use geom::{Event, Observer, PartState, Silent, Warning};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -38,6 +38,7 @@ pub struct Job<'a> {
     observer: &'a dyn Observer,
     cancel: Cancel,
     threads: Option<ThreadPool>,
+    memory: MemoryLimit,
     warnings: Mutex<Vec<String>>,
 }
 
@@ -52,12 +53,23 @@ impl<'a> Job<'a> {
     /// Work on all cores that `observer` hears of.
     pub fn new(observer: &'a dyn Observer) -> Self {
         let warnings = Mutex::default();
-        Self { observer, cancel: Cancel::default(), threads: None, warnings }
+        let (cancel, memory) = (Cancel::default(), MemoryLimit::default());
+        Self { observer, cancel, threads: None, memory, warnings }
     }
 
     /// The same, stopped by `cancel`.
     pub fn cancelled_by(self, cancel: Cancel) -> Self {
         Self { cancel, ..self }
+    }
+
+    /// The same, its bound on memory told to whoever watches the program.
+    pub fn limited_by(self, memory: MemoryLimit) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// What bounds its memory.
+    pub(crate) fn memory(&self) -> &MemoryLimit {
+        &self.memory
     }
 
     /// The same on so many threads; results do not depend on it. Error: none at all.
@@ -82,14 +94,14 @@ impl<'a> Job<'a> {
         self.warnings.lock().expect("no thread panics with this lock").push(line.into());
     }
 
-    /// Whether somebody asked to stop.
-    pub fn is_cancelled(&self) -> bool {
-        self.cancelled()
-    }
-
     /// A part is done.
     pub(crate) fn done(&self, part: &'static str) {
         self.event(Event::Part { part, state: PartState::Done });
+    }
+
+    /// Whether somebody asked it to stop.
+    pub fn is_stopped(&self) -> bool {
+        self.cancelled()
     }
 
     /// Does the work on the job's threads.

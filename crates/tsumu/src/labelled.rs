@@ -42,7 +42,8 @@ impl Site {
             let name = output.file_name().map_or(output, Path::new);
             manifest.outputs.insert(portable(name), entry(output)?);
         }
-        outputs::write_json(&beside(file, ".manifest.json"), &manifest)
+        let text = manifest.sealed_text();
+        Ok(io::atomic::write_bytes(&beside(file, ".manifest.json"), text.as_bytes())?)
     }
 }
 

@@ -8,6 +8,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 /// Held while a folder is written; the file goes with it, and a folder that nothing was left in.
+#[derive(Debug)]
 pub(crate) struct FolderLock {
     root: PathBuf,
     _file: File,

@@ -4,6 +4,7 @@ use crate::planning::Planned;
 use crate::recognition::{Recognition, Segments};
 use crate::run_folder::RunFolder;
 use crate::summary::RecogniseSummary;
+use crate::written::Written;
 use crate::{Result, Site};
 use geom::DVec3;
 use io::RawCloud;
@@ -89,26 +90,37 @@ fn write_explained(path: &Path, site: &Site, blocks: &[Recognised]) -> Result<()
 }
 
 /// Writes `segment/` and `recognise/` of a run.
-pub(crate) fn write_recognition(run: &RunFolder, site: &Site, found: &Recognition) -> Result<()> {
+pub(crate) fn write_recognition(
+    run: &RunFolder,
+    site: &Site,
+    found: &Recognition,
+    written: &Written,
+) -> Result<()> {
     let (survey, catalog, blocks) = (&site.survey, &site.catalog, &found.blocks);
-    write_labelled(&run.segment_cloud(), site, &found.segments)?;
+    written.put(&run.segment_cloud(), |p| write_labelled(p, site, &found.segments))?;
     let stated: Vec<BlockRow> = scene::stated(blocks)
         .map(|(b, fit)| BlockRow::of_fit(b.block, fit, catalog, &survey.frame))
         .collect();
-    io::blocks_csv::write_blocks(&run.blocks(), &stated)?;
+    written.put(&run.blocks(), |p| io::blocks_csv::write_blocks(p, &stated))?;
     let open: Vec<NotJudgedRow> =
         blocks.iter().filter_map(|b| NotJudgedRow::of(b, catalog, &survey.frame)).collect();
-    io::not_judged_csv::write(&run.not_judged(), &open)?;
+    written.put(&run.not_judged(), |p| io::not_judged_csv::write(p, &open))?;
     let open = blocks.iter().filter(|b| !b.is_stated());
     let points = open.map(|b| (b.block.0, b.points.as_slice()));
-    io::block_points_csv::write(&run.not_judged_points(), points)?;
-    io::covariance_csv::write(&run.covariance(), blocks)?;
-    write_explained(&run.recognise_cloud(), site, blocks)?;
-    write_json(&run.recognise_summary(), &RecogniseSummary::of(survey, found, catalog))
+    written.put(&run.not_judged_points(), |p| io::block_points_csv::write(p, points))?;
+    written.put(&run.covariance(), |p| io::covariance_csv::write(p, blocks))?;
+    written.put(&run.recognise_cloud(), |p| write_explained(p, site, blocks))?;
+    let summary = RecogniseSummary::of(survey, found, catalog);
+    written.put(&run.recognise_summary(), |p| write_json(p, &summary))
 }
 
 /// Writes `plan/` of a run.
-pub(crate) fn write_plan(run: &RunFolder, site: &Site, planned: &Planned) -> Result<()> {
+pub(crate) fn write_plan(
+    run: &RunFolder,
+    site: &Site,
+    planned: &Planned,
+    written: &Written,
+) -> Result<()> {
     let rows: Vec<PlacementRow> = planned
         .plan
         .placements
@@ -116,6 +128,6 @@ pub(crate) fn write_plan(run: &RunFolder, site: &Site, planned: &Planned) -> Res
         .chain(&planned.plan.removed)
         .map(|p| PlacementRow::of(p, &site.catalog, &site.survey.frame))
         .collect();
-    io::placements_csv::write(&run.placements(), &rows)?;
-    write_json(&run.plan_summary(), &planned.summary())
+    written.put(&run.placements(), |p| io::placements_csv::write(p, &rows))?;
+    written.put(&run.plan_summary(), |p| write_json(p, &planned.summary()))
 }

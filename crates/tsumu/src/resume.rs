@@ -6,7 +6,7 @@
 //! it is written: two runs at once would mix their files.
 
 use crate::lock::FolderLock;
-use crate::{Error, Job, Result};
+use crate::{Error, Job, Result, written};
 use geom::{Event, Observer, PartState};
 use io::IoError;
 use serde::de::DeserializeOwned;
@@ -17,6 +17,8 @@ use std::path::{Path, PathBuf};
 /// Begins with the mark of work in hand.
 const FOLDER: &str = ".tsumu-resume";
 const HASH_BYTES: usize = 32;
+/// No part is larger: an exabyte would not be a part.
+const MOST_BYTES: u64 = 1 << 60;
 
 /// Parts of a job, kept in a folder or not.
 pub(crate) struct Parts<'a> {
@@ -33,7 +35,9 @@ struct Kept {
 
 /// Whether the run of a folder was begun and is not whole.
 pub(crate) fn is_unfinished(root: &Path) -> bool {
-    FolderLock::is_left(root) || root.join(FOLDER).symlink_metadata().is_ok()
+    FolderLock::is_left(root)
+        || root.join(FOLDER).symlink_metadata().is_ok()
+        || written::is_left(root)
 }
 
 #[derive(Serialize)]
@@ -108,7 +112,8 @@ impl Kept {
     }
 
     fn read<T: DeserializeOwned>(&self, path: &Path) -> Option<Read<T>> {
-        let bytes = fs::read(path).ok()?;
+        // A pipe of this name would be waited for.
+        let bytes = io::read_bytes(path, MOST_BYTES).ok()?;
         let (hash, content) = bytes.split_at_checked(HASH_BYTES)?;
         if hash != io::manifest::hash(content) {
             return None;

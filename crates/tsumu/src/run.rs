@@ -7,13 +7,12 @@ use crate::page::{self, Page, PageInput};
 use crate::planning::Planned;
 use crate::recognition::Recognition;
 use crate::run_folder::{RunFolder, SHEETS};
+use crate::written::Written;
 use crate::{Error, Job, Result, Site, outputs, resume, review, settings, stored, version};
 use anyhow::anyhow;
 use geom::{Event, Observer, Warning};
-use io::atomic::TEMPORARY;
-use io::manifest::{Difference, Manifest, entry, files_below, portable, verify};
+use io::manifest::{Difference, Manifest, entry, verify};
 use serde_json::json;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Something a run keeps.
@@ -24,7 +23,7 @@ pub trait Part {
 
 impl Part for Recognition {
     fn keep<'a>(&'a self, run: &mut NewRun<'a>) -> Result<()> {
-        outputs::write_recognition(&run.folder, run.site, self)?;
+        outputs::write_recognition(&run.folder, run.site, self, &run.written)?;
         run.holds(self, None);
         Ok(())
     }
@@ -32,7 +31,7 @@ impl Part for Recognition {
 
 impl Part for Planned {
     fn keep<'a>(&'a self, run: &mut NewRun<'a>) -> Result<()> {
-        outputs::write_plan(&run.folder, run.site, self)?;
+        outputs::write_plan(&run.folder, run.site, self, &run.written)?;
         run.holds_plan(self);
         Ok(())
     }
@@ -43,8 +42,8 @@ pub struct NewRun<'a> {
     pub(crate) folder: RunFolder,
     pub(crate) site: &'a Site,
     pub(crate) manifest: Manifest,
-    /// Files that an earlier run of the folder knew nothing of: this one does not vouch for them either.
-    pub(crate) strangers: BTreeSet<PathBuf>,
+    /// What it has written, and what earlier runs have left there.
+    pub(crate) written: Written,
     recognition: Option<&'a Recognition>,
     planned: Option<&'a Planned>,
     /// Nobody else writes there; `None`: whoever began the run holds the lock.
@@ -54,8 +53,7 @@ pub struct NewRun<'a> {
 impl<'a> NewRun<'a> {
     /// Writes a part.
     pub fn keep(mut self, part: &'a impl Part) -> Result<Self> {
-        // From now on until it is sealed the folder is an unfinished run.
-        Manifest::invalidate(self.folder.root())?;
+        self.written.invalidate()?;
         part.keep(&mut self)?;
         Ok(self)
     }
@@ -102,7 +100,9 @@ impl<'a> NewRun<'a> {
         let Some(recognition) = self.recognition else { return Ok(self) };
         let drawings = drawn(self.site, recognition, self.planned)?;
         let planned = self.planned.zip(drawings.as_ref());
-        export(&self.folder.exports(), self.site, recognition, planned)?;
+        for file in export(&self.folder.exports(), self.site, recognition, planned)? {
+            self.written.record(&file)?;
+        }
         job.done("exports");
         self.note("warnings", json!(job.warnings()));
         let page = page::page(&PageInput {
@@ -113,9 +113,9 @@ impl<'a> NewRun<'a> {
             manifest: Some(&self.manifest),
             warnings: job.warnings(),
         })?;
-        io::atomic::write_bytes(&self.folder.report(), page.html.as_bytes())?;
-        io::atomic::write_bytes(&self.folder.picture(), &page.png)?;
-        io::atomic::write_bytes(&self.folder.sheets(), &page.sheets)?;
+        self.put_bytes(&self.folder.report(), page.html.as_bytes())?;
+        self.put_bytes(&self.folder.picture(), &page.png)?;
+        self.put_bytes(&self.folder.sheets(), &page.sheets)?;
         job.done("report");
         Ok(self)
     }
@@ -124,23 +124,21 @@ impl<'a> NewRun<'a> {
     pub fn picture(&self) -> Result<()> {
         let blocks = self.recognition.map_or(&[][..], |r| &r.blocks);
         let png = page::picture(&self.site.survey, &self.site.catalog, blocks)?;
-        Ok(io::atomic::write_bytes(&self.folder.picture(), &png)?)
+        self.put_bytes(&self.folder.picture(), &png)
     }
 
-    /// Writes the settings and vouches for every file; from now on the run is whole.
+    fn put_bytes(&self, file: &Path, bytes: &[u8]) -> Result<()> {
+        self.written.put(file, |p| io::atomic::write_bytes(p, bytes))
+    }
+
+    /// Writes the settings and vouches for every file it wrote; from now on the run is whole.
     pub fn seal(mut self) -> Result<RunFolder> {
-        io::atomic::write_bytes(
-            &self.folder.config(),
-            toml::to_string(&self.site.config)?.as_bytes(),
-        )?;
+        let settings = toml::to_string(&self.site.config)?;
+        self.put_bytes(&self.folder.config(), settings.as_bytes())?;
         if let Some(folder) = &self.site.folder {
             self.manifest.check_inputs(folder).or_bad_input()?;
         }
-        let there = files_below(self.folder.root())?;
-        // Finished parts lie there until the run is whole.
-        let in_hand = |name: &PathBuf| name.to_string_lossy().starts_with(TEMPORARY);
-        let written = there.iter().filter(|name| !self.strangers.contains(*name) && !in_hand(name));
-        self.manifest.seal(self.folder.root(), written.map(PathBuf::as_path))?;
+        self.written.seal(&mut self.manifest)?;
         Ok(self.folder)
     }
 }
@@ -185,12 +183,12 @@ impl Run {
         manifest.notes.insert("processor".into(), json!(version::processor()));
         site.refuse_inputs_below(folder)?;
         let folder = RunFolder::for_writing(folder)?;
-        let strangers = strangers(folder.root())?;
+        let written = Written::begin(folder.root());
         Ok(NewRun {
             folder,
             site,
             manifest,
-            strangers,
+            written,
             recognition: None,
             planned: None,
             _lock: None,
@@ -201,6 +199,7 @@ impl Run {
     pub fn open(folder: &Path, site: &Site) -> Result<Self> {
         let folder = RunFolder::existing(folder);
         let manifest = whole(folder.root())?;
+        manifest.as_ref().map_or(Ok(()), |manifest| is_of_one_run(&folder, manifest))?;
         let recognition = stored::recognition(&folder, site, manifest.as_ref())?;
         let planned = stored::planned(&folder, site, &recognition, manifest.as_ref())?;
         Ok(Self { folder, manifest, recognition, planned })
@@ -211,6 +210,7 @@ impl Run {
         let folder = RunFolder::existing(folder);
         let manifest = whole(folder.root())?;
         if let Some(manifest) = &manifest {
+            is_of_one_run(&folder, manifest)?;
             review::is_of_run(site.folder.as_deref(), manifest, job)?;
         }
         stored::recognition(&folder, site, manifest.as_ref())
@@ -249,6 +249,14 @@ impl Run {
             manifest: self.manifest.as_ref(),
             warnings: self.warnings(job)?,
         })
+    }
+
+    /// Puts a page of it in its place in the folder; returns that place. Errors: somebody else is writing there.
+    pub fn put_report(&self, page: &Page) -> Result<PathBuf> {
+        let _lock = FolderLock::take(self.folder.root())?;
+        let place = self.folder.report();
+        page.write_html(&place)?;
+        Ok(place)
     }
 
     /// What the run warned of, and that its blocks were corrected.
@@ -318,11 +326,36 @@ fn whole(folder: &Path) -> Result<Option<Manifest>> {
     Ok(None)
 }
 
-/// Files of a whole run's folder that its manifest does not name.
-fn strangers(folder: &Path) -> Result<BTreeSet<PathBuf>> {
-    let Ok(earlier) = Manifest::load(folder) else { return Ok(BTreeSet::new()) };
-    let strange = |name: &PathBuf| !earlier.outputs.contains_key(&portable(name));
-    Ok(files_below(folder)?.into_iter().filter(strange).collect())
+/// Tables that may be corrected by hand; the figures follow them.
+const CORRECTED: [&str; 3] =
+    ["recognise/blocks.csv", "recognise/not_judged.csv", "plan/placements.csv"];
+
+/// Refuses a folder with files of two runs: everything that is read from it is as its manifest says, but for the tables that
+/// may be corrected by hand. Errors: the file that is not.
+fn is_of_one_run(folder: &RunFolder, manifest: &Manifest) -> Result<()> {
+    let read = |name: &str| {
+        name.starts_with("recognise/") || name.starts_with("segment/") || name.starts_with("plan/")
+    };
+    for (name, stated) in manifest.outputs.iter().filter(|(name, _)| read(name)) {
+        let file = folder.root().join(name);
+        let is_own = entry(&file).or_bad_input()? == *stated;
+        if !is_own && !CORRECTED.contains(&name.as_str()) {
+            return Err(Error::bad_input(anyhow!(
+                "{}: is not the file that its run wrote, so that the folder holds files of two runs or a damaged one; `tsumu verify` names all of them, `tsumu run` makes them anew",
+                file.display()
+            )));
+        }
+    }
+    for file in [folder.placements(), folder.not_judged()].into_iter().filter(|f| f.exists()) {
+        let name = io::manifest::portable(file.strip_prefix(folder.root()).unwrap_or(&file));
+        if !manifest.outputs.contains_key(&name) {
+            return Err(Error::bad_input(anyhow!(
+                "{}: was not made by the run of this folder; take it away, or run again",
+                file.display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn drawn(

@@ -1,8 +1,11 @@
 //! Where things lie in a run folder: one folder a stage, named by the stage's word.
 
 use crate::error::OrBadInput;
-use crate::{Error, Result, outputs};
+use crate::summary::{PlannedSummary, RecogniseSummary};
+use crate::{Error, Result, resume};
 use anyhow::{Context, anyhow};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
 /// The drawings on paper, among the exports.
@@ -66,7 +69,7 @@ impl RunFolder {
 
     /// Writes the wall times of a run: the one file that no manifest vouches for.
     pub fn write_timing(&self, seconds: &serde_json::Value) -> Result<()> {
-        outputs::write_json(&self.timing(), seconds)
+        Ok(io::manifest::write_times(&self.root, seconds)?)
     }
 
     /// The folder itself.
@@ -150,9 +153,77 @@ impl RunFolder {
     }
 }
 
+/// A run of a site, or a plan alone, for lists.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunEntry {
+    /// Name of its folder in the site folder.
+    pub name: String,
+    /// False for one that was interrupted; the same command goes on with it.
+    pub whole: bool,
+    /// When it was sealed or last written to; seconds since 1970.
+    pub at_s: u64,
+    /// Figures of recognition; `None` for a plan alone, or where they cannot be read.
+    pub recognised: Option<RecogniseSummary>,
+    /// Figures of the plan.
+    pub planned: Option<PlannedSummary>,
+}
+
+/// The runs that lie in a site folder, the latest first. A folder that cannot be read has none.
+pub fn runs_of(site: &Path) -> Vec<RunEntry> {
+    let folders = std::fs::read_dir(site).into_iter().flatten().flatten().map(|e| e.path());
+    let mut runs: Vec<RunEntry> = folders.filter_map(|f| RunEntry::of(&f)).collect();
+    runs.sort_by(|a, b| b.at_s.cmp(&a.at_s).then_with(|| b.name.cmp(&a.name)));
+    runs
+}
+
+impl RunEntry {
+    fn of(root: &Path) -> Option<Self> {
+        let manifest = root.join(io::manifest::FILE);
+        let whole = manifest.is_file();
+        let begun = whole || resume::is_unfinished(root);
+        let run = RunFolder::existing(root);
+        // A comparison has a manifest too, but neither blocks nor a plan.
+        let ours = run.blocks().is_file() || run.placements().is_file();
+        if !begun || (whole && !ours) {
+            return None;
+        }
+        let at = std::fs::metadata(if whole { &manifest } else { root }).and_then(|m| m.modified());
+        let since = at.ok().and_then(|t| t.duration_since(std::time::UNIX_EPOCH).ok());
+        Some(Self {
+            name: root.file_name()?.to_str()?.into(),
+            whole,
+            at_s: since.unwrap_or_default().as_secs(),
+            recognised: figures(&run.recognise_summary()),
+            planned: figures(&run.plan_summary()),
+        })
+    }
+}
+
+fn figures<T: DeserializeOwned>(file: &Path) -> Option<T> {
+    let bytes = io::read_bytes(file, 64 << 20).ok()?;
+    serde_json::from_slice(&bytes).ok()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn runs_are_listed_and_other_folders_are_not() {
+        let site = tempfile::tempdir().unwrap();
+        for (name, file) in
+            [("run", "manifest.json"), ("photos", "a.jpg"), ("run-2", ".tsumu-lock")]
+        {
+            std::fs::create_dir_all(site.path().join(name).join("recognise")).unwrap();
+            std::fs::write(site.path().join(name).join(file), "{}").unwrap();
+        }
+        std::fs::write(site.path().join("run/recognise/blocks.csv"), "").unwrap();
+        let runs = runs_of(site.path());
+        let whole: std::collections::BTreeMap<_, _> =
+            runs.iter().map(|r| (r.name.as_str(), r.whole)).collect();
+        assert_eq!(whole, [("run", true), ("run-2", false)].into());
+        assert!(runs_of(&site.path().join("gone")).is_empty());
+    }
 
     #[test]
     fn a_folder_of_something_else_is_refused() {

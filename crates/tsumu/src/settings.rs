@@ -6,7 +6,7 @@ use crate::{Error, Result};
 use anyhow::{Context, anyhow};
 use pipeline::Config;
 use plan::Policy;
-use scene::SiteSpec;
+use scene::{MemoryBound, SiteSpec};
 use std::path::{Path, PathBuf};
 
 /// What a caller says beside the site.
@@ -22,6 +22,8 @@ pub struct Settings {
     pub plans: Option<u32>,
     /// Root of all random choices; `None`: the site's.
     pub seed: Option<u64>,
+    /// How much memory may be taken; `None`: what the site says, else as much as it needs.
+    pub memory: Option<MemoryBound>,
 }
 
 impl Settings {

@@ -1,6 +1,7 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
 use crate::error::OrBadInput;
+use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
 use crate::surveys::{self, Clouds, Joined};
 use crate::{Error, Job, Result, Settings, catalogue};
@@ -10,7 +11,7 @@ use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, MemoryBound, Review, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -46,6 +47,8 @@ pub struct Site {
     pub config: Config,
     /// Root of all random choices.
     pub seed: u64,
+    /// How much memory a run may take; `None`: as much as it needs. No result depends on it.
+    pub memory: Option<MemoryBound>,
     /// Size and hash of every input file as it was before it was read, by its path in the site folder.
     pub inputs: BTreeMap<String, Entry>,
     /// Where those files lie.
@@ -64,6 +67,8 @@ impl Site {
     pub fn load_with(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
         let files = io::site::load(folder).or_bad_input()?;
         let config = settings.of_site(&files.spec)?;
+        let memory = settings.memory.or(files.spec.memory);
+        bound_memory(memory, &files.survey_files, files.spec.area.is_some(), job)?;
         let mut inputs = BTreeMap::new();
         let mut input_files = Vec::new();
         for name in files.inputs() {
@@ -87,6 +92,7 @@ impl Site {
             survey_date: files.spec.survey_date.clone(),
             design,
             seed: settings.seed.unwrap_or(files.spec.seed),
+            memory,
             folder: Some(files.folder),
             catalog,
             survey,
@@ -110,6 +116,7 @@ impl Site {
         job: &Job,
     ) -> Result<Self> {
         let config = settings.alone()?;
+        bound_memory(settings.memory, &clouds.files, clouds.area.is_some(), job)?;
         let (mut inputs, mut input_files) = (BTreeMap::new(), Vec::new());
         for file in clouds.files.iter().map(PathBuf::as_path).chain([catalog]).chain(review) {
             let name = file.file_name().map_or(file, Path::new);
@@ -129,6 +136,7 @@ impl Site {
             review: review.map(named_review).transpose()?,
             config,
             seed: settings.seed.unwrap_or_default(),
+            memory: settings.memory,
             inputs,
             input_files,
             records,
@@ -159,7 +167,15 @@ impl Site {
             plan::check_extent(design, &self.catalog, &self.config.plan)
                 .map_err(pipeline::PipelineError::from)?;
         }
-        Ok(())
+        self.need().check(self.memory)
+    }
+
+    /// What a run of it holds at once.
+    fn need(&self) -> Need {
+        let raster_bytes = self.design.as_ref().map_or(0, |design| {
+            plan::raster_bytes(design, &self.catalog, &self.config.plan).unwrap_or(0)
+        });
+        Need { points: self.survey.cloud.len() as u64, raster_bytes }
     }
 
     /// Refuses to write where an input lies. Errors: the file is one of them.
@@ -218,6 +234,20 @@ impl Site {
             ))
         })
     }
+}
+
+/// Tells the job of its bound, and holds what the surveys' headers state against it before they are read.
+pub(crate) fn bound_memory(
+    memory: Option<MemoryBound>,
+    surveys: &[PathBuf],
+    partly: bool,
+    job: &Job,
+) -> Result<()> {
+    let Some(bound) = memory else { return Ok(()) };
+    job.memory().set(bound);
+    // Of a part of a survey no header knows how many points it has.
+    let files = surveys.iter().filter(|_| !partly).map(PathBuf::as_path);
+    Need { points: memory::stated_points(files), raster_bytes: 0 }.check(memory)
 }
 
 fn named_review(file: &Path) -> Result<Review> {

@@ -194,10 +194,12 @@ pub(crate) fn planned(
 /// Where a manifest names the user's placement network.
 pub(crate) const PROPOSER_NOTE: &str = "placement_network_file";
 
+/// Figures of a run.
+const MOST_BYTES: u64 = 64 << 20;
+
 fn json_file<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let text = std::fs::read_to_string(path).map_err(|e| {
-        Error::bad_input(anyhow!("cannot read {}: {e}; run the stage before first", path.display()))
-    })?;
+    let text = io::read_text(path, MOST_BYTES)
+        .map_err(|e| Error::bad_input(anyhow!("{e}; run the stage before first")))?;
     serde_json::from_str(&text)
         .map_err(|e| Error::bad_input(anyhow!(e).context(path.display().to_string())))
 }

@@ -83,9 +83,7 @@ pub fn make_next_epoch(
 
 /// Reads what happens, from a TOML file.
 pub fn read_then(file: &Path) -> Result<Then> {
-    let text = std::fs::read_to_string(file)
-        .with_context(|| format!("cannot read {}", file.display()))
-        .or_bad_input()?;
+    let text = io::read_text(file, 16 << 20).or_bad_input()?;
     Then::parse(&text).with_context(|| file.display().to_string()).or_bad_input()
 }
 

@@ -72,6 +72,7 @@ pub fn load(path: &Path) -> Result<SegmentModel> {
         return SegmentModel::shipped_as(name).expect("it was just found").or_bad_input();
     }
     let file = weights_file(path);
+    io::open_regular(&file).or_bad_input()?;
     SegmentModel::load(&file).with_context(|| file.display().to_string()).or_bad_input()
 }
 
@@ -98,6 +99,7 @@ pub(crate) fn proposer(
     let model = match path {
         Some(path) => {
             let file = weights_file(path);
+            io::open_regular(&file).or_bad_input()?;
             // A file that cannot be read is named already.
             let named = |e: PlacementError| match e {
                 PlacementError::File { .. } => anyhow!(e),

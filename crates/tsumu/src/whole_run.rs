@@ -5,10 +5,10 @@ use crate::recognition::{RecogniseOptions, Recognition};
 use crate::resume::Parts;
 use crate::run::{NewRun, Run};
 use crate::weights::{self, Chosen};
+use crate::written::Written;
 use crate::{Job, Result, RunFolder, Site, stored, version};
 use serde_json::json;
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What a run may be told beside the site's settings.
 #[derive(Clone, Debug, Default)]
@@ -34,7 +34,7 @@ pub struct WholeRun<'a> {
     folder: RunFolder,
     weights: Chosen,
     proposer: Option<ChosenProposer>,
-    strangers: BTreeSet<PathBuf>,
+    written: Written,
     parts: Parts<'a>,
 }
 
@@ -62,7 +62,7 @@ impl<'a> WholeRun<'a> {
             folder: new.folder,
             weights,
             proposer,
-            strangers: new.strangers,
+            written: new.written,
             parts,
         })
     }
@@ -101,9 +101,9 @@ impl<'a> WholeRun<'a> {
     }
 
     fn new_run(&self) -> Result<NewRun<'_>> {
-        // The manifest that tells strangers from outputs goes with the first part that is written.
         let mut new = Run::prepare(self.folder.root(), self.site)?;
-        new.strangers = self.strangers.clone();
+        // One record for all parts: what earlier runs left was known when this one began.
+        new.written = self.written.clone();
         Ok(new)
     }
 }

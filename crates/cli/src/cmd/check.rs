@@ -15,11 +15,17 @@ pub struct CheckArgs {
     /// Folder with site.toml, its catalogue and surveys
     #[arg(value_name = "SITE_DIR")]
     pub site: PathBuf,
+    /// Also write what the surveys and the design look like from above, as a grid in a JSON file
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
 }
 
 /// Says all complaints.
 pub fn check(args: &CheckArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let found = tsumu::check(&args.site, job);
+    if let Some(file) = &args.map {
+        tsumu::write_map(&found, file)?;
+    }
     terminal.emit("check", &found);
     words::checked(&found, terminal);
     tsumu::cannot(&found).map_or(Ok(()), Err)

@@ -1,6 +1,7 @@
 //! Weights and settings: flags of the commands that take clouds.
 
 use clap::Args;
+use scene::MemoryBound;
 use std::path::PathBuf;
 use tsumu::{RecogniseOptions, Settings};
 
@@ -17,12 +18,20 @@ pub struct Chosen {
     /// Root of all random choices [default: 0]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// How much memory it may take, e.g. 4GB: what does not fit is refused [default: as much as it needs]
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<MemoryBound>,
 }
 
 impl Chosen {
     /// The settings as the library takes them.
     pub fn settings(&self) -> Settings {
-        Settings { file: self.config.clone(), seed: self.seed, ..Settings::default() }
+        Settings {
+            file: self.config.clone(),
+            seed: self.seed,
+            memory: self.memory,
+            ..Settings::default()
+        }
     }
 
     /// The weights as the library takes them.

@@ -19,6 +19,9 @@ pub struct CompareArgs {
     /// Folder for the comparison; an earlier comparison in it is replaced
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Settings over the method's: a TOML file with tables [compare.…] and [spans], grades in [spans.grades]
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
     /// Leave the coordinates as they are, without registration
     #[arg(long)]
     pub fixed: bool,
@@ -49,7 +52,10 @@ pub fn compare(args: &CompareArgs, terminal: &Terminal, job: &Job) -> Result<()>
 
 fn options(args: &CompareArgs) -> Result<CompareOptions> {
     let mut options = CompareOptions::default();
-    options.config.registration.fixed = args.fixed;
+    if let Some(file) = &args.config {
+        options.read_config(file)?;
+    }
+    options.config.registration.fixed |= args.fixed;
     if let Some(file) = &args.stable {
         options.stable = tsumu::read_stable_ground(file)?;
     }

@@ -9,6 +9,7 @@ pub mod evaluate;
 pub mod init;
 pub mod man;
 pub mod measured;
+pub mod open;
 pub mod plan;
 pub mod recognise;
 pub mod report;

@@ -2,6 +2,7 @@
 
 use crate::words;
 use clap::Args;
+use scene::MemoryBound;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{Job, PlanOptions, Result, Run, Settings, Site};
@@ -39,6 +40,9 @@ pub struct PlanArgs {
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// How much memory it may take, e.g. 4GB: what does not fit is refused [default: the site's, or as much as it needs]
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<MemoryBound>,
 }
 
 /// Policies on the command line.
@@ -70,6 +74,7 @@ impl PlanArgs {
             policy: self.policy.map(PolicyName::policy),
             plans: self.plans,
             seed: self.seed,
+            memory: self.memory,
         }
     }
 }

@@ -27,8 +27,10 @@ pub fn report(args: &ReportArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let site = Run::settled(&args.run, Site::load(&folder, job)?, job)?;
     let run = Run::open(&args.run, &site)?;
     let page = run.report(&site, job)?;
-    let out = args.out.clone().unwrap_or_else(|| run.folder.report());
-    page.write_html(&out)?;
+    let out = match &args.out {
+        Some(out) => page.write_html(out).map(|()| out.clone())?,
+        None => run.put_report(&page)?,
+    };
     terminal.say(format!("open {}", out.display()));
     Ok(())
 }

@@ -4,6 +4,7 @@ use crate::cmd::plan::PolicyName;
 use crate::words;
 use anyhow::anyhow;
 use clap::Args;
+use scene::MemoryBound;
 use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
@@ -44,6 +45,9 @@ pub struct RunArgs {
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
+    /// How much memory it may take, e.g. 4GB: what does not fit is refused [default: the site's, or as much as it needs]
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<MemoryBound>,
     /// Plan also where no block was recognised: on the surveyed ground
     #[arg(long)]
     pub bare_ground: bool,
@@ -56,6 +60,7 @@ impl RunArgs {
             policy: self.policy.map(PolicyName::policy),
             plans: self.plans,
             seed: self.seed,
+            memory: self.memory,
         }
     }
 

@@ -62,7 +62,7 @@ fn lines() -> Receiver<std::io::Result<String>> {
 /// The next request; `None` at the end of the input.
 fn next(lines: &Receiver<std::io::Result<String>>, job: &Job) -> Result<Option<String>> {
     loop {
-        if job.is_cancelled() {
+        if job.is_stopped() {
             return Err(Error::stopped(anyhow::anyhow!("stopped")));
         }
         match lines.recv_timeout(Duration::from_millis(50)) {

@@ -112,7 +112,8 @@ fn the_same_survey_twice_is_unchanged() {
         assert!(out.join(name).is_file(), "{name} is missing");
     }
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("Tiny &lt;site&gt; &amp; test") && !page.contains("<script"));
+    assert!(page.contains("Tiny &lt;site&gt; &amp; test") && !page.contains("unsafe-inline"));
+    assert_eq!(page.matches("<image").count(), 3, "both surveys and their difference");
     assert!(!page.contains("http://") && !page.contains("https://"), "it refers to the network");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "only the comparison is left");
 }
@@ -245,4 +246,31 @@ fn works_need_a_plan() {
     let ran = tsumu(&[&line[..], &["--site-crs", "EPSG:6679", "--site-origin", "0,0,0"]].concat());
     assert_eq!(ran.code, 2, "{}", ran.err);
     assert!(ran.err.contains("plan") && !out.exists(), "{}", ran.err);
+}
+
+#[test]
+fn days_tell_the_order_and_rules_the_grades() {
+    let dated = |name: &str, day: &str| -> TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let toml = format!("survey_date = \"{day}\"\n{SITE}");
+        site(folder.path(), &toml, CATALOG, &epochs().join(name).join("survey.laz"));
+        folder
+    };
+    let (early, late) = (dated("a", "2025-05-01"), dated("b", "2026-05-02"));
+    refused(&[late.path(), early.path()], &["2026-05-02", "2025-05-01", "earlier survey first"]);
+
+    let folder = tempfile::tempdir().unwrap();
+    let [out, config] = ["out", "rules.toml"].map(|n| folder.path().join(n));
+    let rule = |key: &str| format!("[spans.grades.{key}]\na = 0\nb = 0\nc = 0\n");
+    std::fs::write(&config, rule("moved_share") + &rule("gone_share")).unwrap();
+    let [early, late, out_text, config] = [early.path(), late.path(), &out, &config].map(text);
+    let line = ["compare", &early, &late, "--fixed", "--out", &out_text];
+    ok(&[&line[..], &["--config", &config]].concat());
+    let summary = json_file(&out.join("summary.json"));
+    assert_eq!(summary["survey_dates"], serde_json::json!(["2025-05-01", "2026-05-02"]));
+    // Whatever changed at all is grade a by these rules.
+    let spans = summary["spans"].as_array().unwrap();
+    assert!(spans.iter().any(|s| s["grade"] == "a"), "{spans:?}");
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("2025-05-01 → 2026-05-02"));
 }

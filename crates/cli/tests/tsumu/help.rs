@@ -17,6 +17,7 @@ const COMMANDS: [&str; 16] = [
     "sign",
     "serve-bin",
     "synth",
+    "open",
     "completions",
     "man",
 ];

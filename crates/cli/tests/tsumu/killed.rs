@@ -1,6 +1,6 @@
 //! A run that is killed at any moment goes on when it is started again, and ends as if nothing had happened.
 
-use crate::site::{SITE, copy, files, ok, tsumu};
+use crate::site::{SITE, copy, files, ok, small, tsumu};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -59,6 +59,41 @@ fn killed_when_there(site: &Path, run: &Path, file: &str) {
     }
     child.kill().expect("SIGKILL can be sent");
     child.wait().unwrap();
+}
+
+/// Fifty kills and more, in chains: each run of a chain is killed after a drawn number of lines of what it says, until one
+/// ends; then every file is as if nothing had happened.
+#[test]
+fn fifty_kills_change_no_byte() {
+    let runs = tempfile::tempdir().unwrap();
+    let whole = runs.path().join("whole");
+    let args = |out: &Path| {
+        [
+            "run".into(),
+            text(small()),
+            "--out".into(),
+            text(out),
+            "--plans".into(),
+            "1".into(),
+            "--json".into(),
+        ]
+    };
+    let said = ok(&args(&whole)).out.lines().count();
+    let reference = results(&whole);
+    let (mut kills, mut chain) = (0, 0);
+    while kills < 50 {
+        assert!(chain < 40, "{kills} kills in {chain} chains: the test kills nothing");
+        let run = runs.path().join(format!("chain-{chain}"));
+        for i in 0..5 {
+            let draw = geom::SeedTree::new(22).child("chain", chain).child("kill", i).value();
+            let lines = 1 + (draw % said as u64) as usize;
+            kills += usize::from(killed_after_lines(small(), &run, lines).is_some());
+        }
+        ok(&args(&run));
+        assert_same(&run, &reference);
+        ok(&["verify", &text(&run), "--site", &text(small())]);
+        chain += 1;
+    }
 }
 
 #[test]

@@ -42,6 +42,38 @@ level_m = 4.4
 boundary = [[41247.0, -98763.0], [41253.0, -98763.0], [41253.0, -98757.0], [41247.0, -98757.0]]
 "#;
 
+/// Three blocks in a pen: what is run hundreds of times.
+const SMALL_RECIPE: &str = r#"
+name = "small"
+count = [3, 3]
+density_per_m2 = 120.0
+
+[site]
+kind = "pen"
+side_blocks = 2.2
+
+[sensor]
+kind = "gaussian"
+noise_sd_m = 0.01
+"#;
+
+const SMALL_SITE: &str = r#"
+name = "Small"
+crs = "EPSG:6679"
+vertical_datum = "T.P."
+seed = 5
+
+[[survey]]
+file = "survey.laz"
+sensor = "uav"
+vertical_offset_m = 0.0
+
+[design]
+kind = "level"
+level_m = 3.4
+boundary = [[41248.5, -98761.5], [41251.5, -98761.5], [41251.5, -98758.5], [41248.5, -98758.5]]
+"#;
+
 /// What a call printed and how it ended.
 pub struct Ran {
     pub code: i32,
@@ -59,10 +91,12 @@ impl From<Output> for Ran {
     }
 }
 
-/// Runs the program.
+/// Runs the program, as if there were no screen: without arguments it would open its page.
 pub fn tsumu<A: AsRef<std::ffi::OsStr>>(args: &[A]) -> Ran {
     Command::new(env!("CARGO_BIN_EXE_tsumu"))
         .args(args)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("the program starts")
         .into()
@@ -78,38 +112,53 @@ pub fn ok<A: AsRef<std::ffi::OsStr> + std::fmt::Debug>(args: &[A]) -> Ran {
 /// The site every test may read; made once. Tests that change something copy it.
 pub fn shared() -> &'static Path {
     static SITE_FOLDER: OnceLock<TempDir> = OnceLock::new();
-    SITE_FOLDER
-        .get_or_init(|| {
-            let folder = tempfile::tempdir().expect("a temporary folder");
-            let at = |name: &str| folder.path().join(name);
-            std::fs::write(at("recipe.toml"), RECIPE).unwrap();
-            std::fs::write(at("catalog.toml"), CATALOG).unwrap();
-            std::fs::write(at("site.toml"), SITE).unwrap();
-            let p = |name: &str| at(name).display().to_string();
-            ok(&[
-                "synth",
-                &p("recipe.toml"),
-                "--catalog",
-                &p("catalog.toml"),
-                "--seed",
-                "3",
-                "--site-crs",
-                "EPSG:6679",
-                "--site-origin",
-                "41250,-98760,1.5",
-                "--out",
-                &p(""),
-            ]);
-            folder
-        })
-        .path()
+    SITE_FOLDER.get_or_init(|| made(RECIPE, SITE)).path()
+}
+
+/// A smaller one, for tests that run it often.
+pub fn small() -> &'static Path {
+    static SITE_FOLDER: OnceLock<TempDir> = OnceLock::new();
+    SITE_FOLDER.get_or_init(|| made(SMALL_RECIPE, SMALL_SITE)).path()
+}
+
+fn made(recipe: &str, site: &str) -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("recipe.toml"), recipe).unwrap();
+    std::fs::write(at("catalog.toml"), CATALOG).unwrap();
+    std::fs::write(at("site.toml"), site).unwrap();
+    let p = |name: &str| at(name).display().to_string();
+    ok(&[
+        "synth",
+        &p("recipe.toml"),
+        "--catalog",
+        &p("catalog.toml"),
+        "--seed",
+        "3",
+        "--site-crs",
+        "EPSG:6679",
+        "--site-origin",
+        "41250,-98760,1.5",
+        "--out",
+        &p(""),
+    ]);
+    folder
 }
 
 /// A copy of the shared site that a test may spoil.
 pub fn copy() -> TempDir {
+    copy_of(shared())
+}
+
+/// A copy of the small site.
+pub fn small_copy() -> TempDir {
+    copy_of(small())
+}
+
+fn copy_of(site: &Path) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for name in ["site.toml", "catalog.toml", "survey.laz"] {
-        std::fs::copy(shared().join(name), folder.path().join(name)).unwrap();
+        std::fs::copy(site.join(name), folder.path().join(name)).unwrap();
     }
     folder
 }

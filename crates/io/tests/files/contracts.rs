@@ -173,7 +173,7 @@ fn a_manifest_of_another_layout_is_not_believed() {
     let run = folder.path();
     Manifest::new("0.1.0", 7, serde_json::Value::Null).seal(run, []).unwrap();
     let path = run.join(manifest::FILE);
-    let text = fs::read_to_string(&path).unwrap().replace("\"format\": 1", "\"format\": 99");
+    let text = fs::read_to_string(&path).unwrap().replace("\"format\": 2", "\"format\": 99");
     fs::write(&path, text).unwrap();
     let message = manifest::verify(run, None).unwrap_err().to_string();
     assert!(message.contains("99") && message.contains("reads 1"), "{message}");
@@ -202,7 +202,10 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
     let mut manifest = Manifest::new("0.1.0", 7, serde_json::Value::Null);
     manifest.seal(run.path(), []).unwrap();
     let text = fs::read_to_string(run.path().join(manifest::FILE)).unwrap();
+    // As an earlier version wrote it, without a hash of itself.
+    let own = manifest.own_blake3.clone().unwrap();
     let hostile = text
+        .replace(&format!("\"own_blake3\": \"{own}\",\n  \"format\": 2"), "\"format\": 1")
         .replace("\"outputs\": {}", "\"outputs\": {\"../x\": {\"bytes\": 0, \"blake3\": \"\"}}");
     assert_ne!(text, hostile);
     fs::write(run.path().join(manifest::FILE), hostile).unwrap();

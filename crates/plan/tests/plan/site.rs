@@ -24,6 +24,7 @@ impl Site {
             catalog: &self.catalog,
             placed: &[],
             proposer: None,
+            survey: None,
         }
     }
 }

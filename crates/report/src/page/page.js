@@ -1,6 +1,7 @@
 // The report: joins data, 3D view, plan, sections, tables and review.
 
 import { loadData } from "./data.js";
+import { hearFrame, tellFrame } from "./frame.js";
 import { PlanView } from "./plan.js";
 import { Review } from "./review.js";
 import { Sections, sectionLegend } from "./sections.js";
@@ -51,16 +52,24 @@ function show(data) {
   }
   // What a test or a page around this one may take hold of.
   window.tsumu = { data, selection, viewer, plan, sections, review };
+  hearFrame(said => said.review && review.takeOver(said.review));
   // A printer takes the canvas as it is at that moment.
   window.addEventListener("beforeprint", () => { viewer.drawNow(); plan.draw(); sections.draw(); });
 }
 
 head();
+hearFrame(({ look }) => {
+  if (!look) return;
+  document.querySelector(".language").hidden = true;
+  setLanguage(look.language === "ja" ? "ja" : "en");
+  setTheme(look.theme === "dark" ? "dark" : "light");
+});
 const state = byId("state");
 state.textContent = words("Loading …", "読み込み中 …");
 try {
   show(await loadData(byId("view-data").textContent, byId("view-blob").textContent));
   state.textContent = "";
+  tellFrame({ ready: true });
   requestAnimationFrame(() => requestAnimationFrame(() => { document.documentElement.dataset.ready = "yes"; }));
 } catch (error) {
   state.textContent = words(`The 3D view cannot be shown here: ${error.message}. The figures above are complete; tables are in the run folder.`, `3D 表示ができません: ${error.message}。上の数値は有効です。表は出力フォルダにあります。`);

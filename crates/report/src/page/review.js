@@ -2,6 +2,7 @@
 // planned ones struck out or locked. Kept in this browser until it is saved as review.json for the next run.
 
 import { posed } from "./camera.js";
+import { tellFrame } from "./frame.js";
 import { byId, download, make, number, scaled, words } from "./words.js";
 
 const VERDICTS = { accepted: ["✓ accepted", "✓ 採用"], rejected: ["✗ rejected", "✗ 却下"], corrected: ["✎ corrected", "✎ 修正"], struck: ["✗ struck out", "✗ 取消"], locked: ["⚿ locked", "⚿ 固定"] };
@@ -141,6 +142,7 @@ export class Review {
   }
   // This browser remembers the review of this very run.
   keep() {
+    tellFrame({ review: this.text() });
     try { localStorage.setItem(`tsumu review ${this.data.run}`, this.text()); this.kept = true; } catch { this.kept = false; }
   }
   restore() {
@@ -151,6 +153,14 @@ export class Review {
       this.adopt(JSON.parse(kept));
       this.kept = true;
     } catch { this.kept = false; }
+  }
+  // What a page around this one has kept is the latest, unless something was decided here already.
+  takeOver(review) {
+    if (!review || review.format !== 1 || !Array.isArray(review.blocks) || this.unsaved) return;
+    this.clear();
+    this.adopt(review);
+    this.choose(this.selection.chosen);
+    document.dispatchEvent(new Event("review"));
   }
   clear() { this.decisions.clear(); this.planned.clear(); this.elsewhere = []; }
   // Takes over the decisions of a file or of the run itself. Numbers change from run to run: a block is known by its place.

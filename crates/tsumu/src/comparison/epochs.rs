@@ -88,6 +88,27 @@ impl EpochRun {
         }
     }
 
+    /// What people call it: the day of its survey where the site says it, else its path.
+    pub fn title(&self) -> String {
+        match self.site.survey_date.as_str() {
+            "" => self.name.clone(),
+            date => date.into(),
+        }
+    }
+
+    /// Refuses an epoch that was surveyed after the one given behind it. Sites without a day are taken in the order given.
+    pub(crate) fn not_after(&self, later: &Self) -> Result<()> {
+        let (first, second) = (&self.site.survey_date, &later.site.survey_date);
+        if first.is_empty() || second.is_empty() || first <= second {
+            return Ok(());
+        }
+        Err(Error::bad_input(anyhow!(
+            "{} was surveyed on {first} (`survey_date` of its site.toml), after {} on {second}: name the earlier survey first",
+            self.name,
+            later.name
+        )))
+    }
+
     pub(crate) fn needed_plan(&self) -> Result<&Planned> {
         self.planned.as_ref().filter(|p| !p.plan.placements.is_empty()).ok_or_else(|| {
             Error::bad_input(anyhow!(

@@ -78,6 +78,7 @@ impl Compared<'_> {
         let names: Vec<&str> = self.epochs.iter().map(|e| e.name.as_str()).collect();
         json!({
             "epochs": names,
+            "survey_dates": self.epochs.iter().map(|e| e.site.survey_date.as_str()).collect::<Vec<_>>(),
             "earlier": names[names.len() - 2],
             "later": names[names.len() - 1],
             "counts": Class::ALL.iter().map(count).collect::<Map<_, _>>(),

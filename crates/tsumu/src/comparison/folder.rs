@@ -1,23 +1,23 @@
 //! The folder of a comparison: filled aside, then put in its place whole.
 
 use super::EpochRun;
+use crate::lock::FolderLock;
 use crate::{Error, Result};
 use anyhow::anyhow;
 use io::IoError;
 use io::manifest::{Manifest, files_below, portable};
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Key of the note that tells a comparison from a run.
 pub(super) const NOTE: &str = "comparison";
-const LOCK: &str = ".tsumu-lock";
 
 /// Where a comparison will lie. Nobody else writes there while this lives; dropped without being filled, it leaves nothing.
 #[derive(Debug)]
 pub struct ComparisonFolder {
     pub(super) place: PathBuf,
     pub(super) aside: PathBuf,
-    _lock: File,
+    _lock: FolderLock,
 }
 
 impl ComparisonFolder {
@@ -28,20 +28,18 @@ impl ComparisonFolder {
             Error::bad_input(anyhow!("{}: names no folder; choose another --out", place.display()))
         })?;
         let aside = place.with_file_name(format!(".tsumu-{}.part", name.to_string_lossy()));
-        fs::create_dir_all(&aside).map_err(|e| os("write", &aside, e))?;
-        let path = aside.join(LOCK);
-        let lock = File::create(&path).map_err(|e| os("write", &path, e))?;
-        // File systems without locks exist; they are not refused.
-        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
+        if aside.is_symlink() {
             return Err(Error::bad_input(anyhow!(
-                "{}: another comparison is writing there; wait for it, or choose another folder with --out",
-                place.display()
+                "{}: is a link; take it away, results are written into folders of their own only",
+                aside.display()
             )));
         }
+        let lock = FolderLock::take(&aside)?;
         let out = Self { place: place.to_path_buf(), aside, _lock: lock };
-        for left in files_below(&out.aside)?.iter().filter(|f| *f != Path::new(LOCK)) {
+        for left in files_below(&out.aside)? {
             let path = out.aside.join(left);
-            fs::remove_file(&path).map_err(|e| os("write", &path, e))?;
+            let gone = if path.is_dir() { fs::remove_dir(&path) } else { fs::remove_file(&path) };
+            gone.map_err(|e| os("write", &path, e))?;
         }
         Ok(out)
     }
@@ -67,7 +65,7 @@ impl ComparisonFolder {
 
     /// Seals what was written aside and puts it in its place.
     pub(super) fn put(self, mut manifest: Manifest) -> Result<PathBuf> {
-        let lock = self.aside.join(LOCK);
+        let lock = self.aside.join(io::manifest::LOCK);
         fs::remove_file(&lock).map_err(|e| os("write", &lock, e))?;
         let written = files_below(&self.aside)?;
         manifest.seal(&self.aside, written.iter().map(PathBuf::as_path))?;

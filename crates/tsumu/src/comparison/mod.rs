@@ -4,7 +4,9 @@ mod epochs;
 mod files;
 mod folder;
 mod page;
+mod pictures;
 mod rows;
+mod settings;
 mod stable;
 
 pub use epochs::EpochRun;
@@ -79,6 +81,9 @@ pub fn compare_series<'a>(
         first.same_catalogue(epoch)?;
         epoch.needs_blocks()?;
     }
+    for pair in epochs.windows(2) {
+        pair[0].not_after(pair[1])?;
+    }
     let catalog = &first.site.catalog;
     let mut series = Series::start(&first.epoch(), catalog);
     let mut steps = Vec::new();
@@ -100,6 +105,7 @@ pub fn compare_with_plan<'a>(
 ) -> Result<Compared<'a>> {
     let plan = planned.needed_plan()?;
     planned.same_catalogue(later)?;
+    planned.not_after(later)?;
     later.needs_blocks()?;
     let config = AsBuiltConfig::default();
     let registration = options.config.registration;

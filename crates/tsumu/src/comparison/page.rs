@@ -1,7 +1,7 @@
 //! What the page of a comparison is told.
 
-use super::Compared;
 use super::rows::basis;
+use super::{Compared, pictures};
 use io::changes_csv::ChangeRow;
 use monitor::{Class, Grade};
 use report::changes_page::{self, ChangeMark, ChangesPage, PageTable};
@@ -11,6 +11,7 @@ pub(super) fn html(out: &Compared, rows: &[ChangeRow]) -> String {
         title: title(out),
         headline: out.headline(),
         facts: facts(out),
+        surveys: pictures::of(out),
         marks: rows.iter().filter_map(mark).collect(),
         tables: [changed(rows), built(out), spans(out)].into_iter().flatten().collect(),
     })
@@ -19,7 +20,7 @@ pub(super) fn html(out: &Compared, rows: &[ChangeRow]) -> String {
 fn title(out: &Compared) -> String {
     let n = out.epochs.len();
     let (site, [a, b]) =
-        (&out.epochs[n - 2].site.name, [n - 2, n - 1].map(|i| out.epochs[i].name.as_str()));
+        (&out.epochs[n - 2].site.name, [n - 2, n - 1].map(|i| out.epochs[i].title()));
     format!("{site}: {a} → {b}")
 }
 

@@ -53,6 +53,7 @@ impl Compared<'_> {
         let epoch = |(i, run): (usize, &&super::EpochRun)| EpochRow {
             epoch: i as u32,
             survey: run.name.clone(),
+            date: run.site.survey_date.clone(),
             ..i.checked_sub(1).map(|s| registered(&self.steps[s].reference)).unwrap_or_default()
         };
         let track = |t: &monitor::Track| TrackRow {

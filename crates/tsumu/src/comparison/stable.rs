@@ -7,12 +7,13 @@ use monitor::StableGround;
 use serde_json::Value;
 use std::path::Path;
 
+/// Polygons of a site.
+const MOST_BYTES: u64 = 256 << 20;
+
 /// Reads the outer rings of all polygons of a GeoJSON file; coordinates are the site's (east, north).
 pub fn read(file: &Path) -> Result<StableGround> {
     let named = || file.display().to_string();
-    let text = std::fs::read_to_string(file)
-        .with_context(|| format!("cannot read {}", file.display()))
-        .or_bad_input()?;
+    let text = io::read_text(file, MOST_BYTES).or_bad_input()?;
     let value: Value = serde_json::from_str(&text).with_context(named).or_bad_input()?;
     let mut polygons = Vec::new();
     collect(&value, &mut polygons).with_context(named).or_bad_input()?;

@@ -1,0 +1,6 @@
+//! The server without a browser: who may ask, which paths, how much, and what becomes of work.
+
+mod asked;
+mod guarded;
+mod uploads;
+mod works;
