@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub struct Catalog(pub Arc<scene::Catalog>);
 
 /// A mesh as Python gives it: name, corners (float32 bytes), triangles (uint32 bytes).
-type Mesh<'a> = (String, &'a [u8], &'a [u8]);
+type Mesh<'py> = (String, Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 /// From JSON text of `[[block]]` entries and the meshes they name; other meshes lie beside `file`.
 #[pyfunction]
@@ -24,10 +24,10 @@ pub fn catalog_of(spec: &str, meshes: Vec<Mesh<'_>>, file: Option<PathBuf>) -> P
         serde_json::from_str(spec).map_err(|e| bad_input(format!("catalog: {e}")))?;
     let mut all = BTreeMap::new();
     for (name, vertices, triangles) in meshes {
-        let corners = rows::<f32, 3>("vertices", vertices)?;
+        let corners = rows::<f32, 3>("vertices", vertices.as_bytes())?;
         let mesh = TriMesh {
             vertices: corners.into_iter().map(Vec3::from_array).collect(),
-            triangles: rows::<u32, 3>("triangles", triangles)?,
+            triangles: rows::<u32, 3>("triangles", triangles.as_bytes())?,
         };
         all.insert(name, mesh);
     }
