@@ -3,7 +3,8 @@
 use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
-    Compared, CountRange, PlannedSummary, Preflight, RecogniseSummary, Recognition, Scores,
+    Compared, CountRange, LabelScores, PlannedSummary, Preflight, RecogniseSummary, Recognition,
+    Scores,
 };
 
 fn percent(value: Option<f64>) -> String {
@@ -157,6 +158,7 @@ pub fn scores(s: &Scores, terminal: &Terminal) {
         ("mean displacement E_d", millimetres(s.mean_displacement_m, 1)),
         ("E_d about the survey's own shift", millimetres(s.mean_displacement_about_shift_m, 1)),
         ("mean rotation error E_R", degrees(s.mean_rotation_deg)),
+        ("average recall of MSSD (BOP)", percent(s.mssd_average_recall)),
         ("type right, where judged", percent(s.type_accuracy)),
         ("type not judged", s.types_not_judged.to_string()),
         ("instance precision, IoU ≥ .5", percent(s.instance_precision)),
@@ -170,5 +172,39 @@ pub fn scores(s: &Scores, terminal: &Terminal) {
     ];
     for (name, value) in rows {
         terminal.say(format!("{name:<34}{value:>20}"));
+    }
+}
+
+/// The figures of labels.
+pub fn label_scores(s: &LabelScores, terminal: &Terminal) {
+    let outside = match s.instances_outside_the_truth {
+        0 => String::new(),
+        n => format!(" ({n} outside the truth)"),
+    };
+    let ordered = if s.scored_by_confidence { "by confidence" } else { "all weigh the same" };
+    let rows = [
+        ("scenes", s.scenes.to_string()),
+        ("true instances", s.true_instances.to_string()),
+        ("instances of the result", format!("{}{outside}", s.result_instances)),
+        ("right, wrong, missed", {
+            format!("{}, {}, {}", s.true_positives, s.false_positives, s.false_negatives)
+        }),
+        ("precision", format!("{} (IoU ≥ {})", percent(s.precision), s.min_iou)),
+        ("recall", format!("{} (IoU ≥ {})", percent(s.recall), s.min_iou)),
+        ("AP, IoU .50 to .90", format!("{} ({ordered})", percent(s.ap))),
+        ("AP50", percent(s.ap50)),
+        ("AP25", percent(s.ap25)),
+        ("coverage", percent(s.coverage)),
+        ("coverage weighted by points", percent(s.weighted_coverage)),
+        ("true points without a partner", {
+            format!("{} of {}", s.unmatched_true_points, s.true_points)
+        }),
+        ("result's points without one", {
+            format!("{} of {}", s.unmatched_result_points, s.result_points)
+        }),
+        ("tolerance", format!("{:.3e} m: {}", s.tolerance_m, s.tolerance_from)),
+    ];
+    for (name, value) in rows {
+        terminal.say(format!("{name:<34}{value}"));
     }
 }

@@ -35,6 +35,7 @@ pub use convex::{ConvexSolid, HalfSpace, union_volume_m3};
 pub use glamx::Pose3 as Pose;
 pub use glamx::{DMat3, DQuat, DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
 pub use height_map::{CellRect, HeightMap};
+pub use hull_corners::hull_corners;
 pub use knn::{KnnTable, knn};
 pub use lattice::{CellRule, Lattice, SurfacePoint};
 pub use mesh::{MeshError, SolidMoments, TriMesh};

@@ -6,7 +6,7 @@
 
 use crate::input::Input;
 use crate::mesh::extension;
-use crate::{IoError, Place, npy, points};
+use crate::{IoError, Place, ReadOptions, npy, points};
 use geom::{DVec3, Observer};
 use std::path::Path;
 
@@ -44,7 +44,8 @@ pub fn read(
 
 /// Files whose columns have names.
 fn named_columns(path: &Path, observer: &dyn Observer) -> Result<LabelCloud, IoError> {
-    let cloud = points::read(path, observer)?;
+    // Also points that a survey would leave out: they are judged.
+    let cloud = points::read_with(path, &ReadOptions::every_point(), observer)?;
     let missing = || IoError::MissingColumn {
         path: path.into(),
         column: "instance",

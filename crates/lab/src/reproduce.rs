@@ -20,22 +20,22 @@ pub struct ReproduceArgs {
     /// Folder for the pages
     #[arg(long, value_name = "FOLDER", default_value = "reproduced")]
     out: PathBuf,
-    /// Scenes of each set
-    #[arg(long, default_value_t = Settings::default().scenes)]
-    scenes: u64,
+    /// Scenes of each set [default: 3, with --quick 1]
+    #[arg(long)]
+    scenes: Option<u64>,
     /// Seed of the scenes
     #[arg(long, default_value_t = Settings::default().seed)]
     seed: u64,
-    /// Optimiser steps of experiments that train
-    #[arg(long, default_value_t = Settings::default().steps)]
-    steps: u64,
-    /// Repetitions of plans with other seeds
-    #[arg(long, default_value_t = Settings::default().repeats)]
-    repeats: u64,
-    /// Part of the full planning site, percent
-    #[arg(long, default_value_t = Settings::default().percent)]
-    percent: u64,
-    /// As little as still makes every table: to see that it runs, not to be quoted
+    /// Optimiser steps of experiments that train [default: 400, with --quick 10]
+    #[arg(long)]
+    steps: Option<u64>,
+    /// Repetitions of plans with other seeds [default: 5, with --quick 1]
+    #[arg(long)]
+    repeats: Option<u64>,
+    /// Part of the full planning site, percent [default: 100, with --quick 10]
+    #[arg(long)]
+    percent: Option<u64>,
+    /// As little as still makes every table, half an hour for `all` on two cores: to see that it runs, not to be quoted
     #[arg(long)]
     quick: bool,
     /// Folder with parts and scenes of others, for `bin-picking`: IPAGearShaft.stl, IPARingScrew.stl, XA_A.txt, XA_B.txt, XA_C.txt
@@ -72,10 +72,12 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal, job: &Job) -> Result
         observer: job,
     };
     for experiment in chosen {
+        let from = start.elapsed();
         let page = reproduce::page(experiment, &bench).map_err(ended)?;
         let path = args.out.join(format!("{}.md", experiment.name));
         io::atomic::write_bytes(&path, page.as_bytes())?;
-        terminal.say(format!("{}", path.display()));
+        let seconds = (start.elapsed() - from).as_secs_f64();
+        terminal.say(format!("{} ({seconds:.0} s)", path.display()));
     }
     Ok(())
 }
@@ -89,15 +91,24 @@ fn ended(error: ReproduceError) -> Error {
 }
 
 fn settings(args: &ReproduceArgs) -> Result<Settings> {
-    let at_least_one = [("scenes", args.scenes), ("steps", args.steps), ("repeats", args.repeats)];
+    let base = if args.quick { Settings::quick() } else { Settings::default() };
+    let settings = Settings {
+        scenes: args.scenes.unwrap_or(base.scenes),
+        seed: args.seed,
+        steps: args.steps.unwrap_or(base.steps),
+        repeats: args.repeats.unwrap_or(base.repeats),
+        percent: args.percent.unwrap_or(base.percent),
+        ..base
+    };
+    let Settings { scenes, steps, repeats, percent, .. } = settings;
+    let at_least_one = [("scenes", scenes), ("steps", steps), ("repeats", repeats)];
     if let Some((name, _)) = at_least_one.iter().find(|(_, v)| *v == 0) {
         return Err(Error::bad_input(anyhow!("--{name} 0: give at least 1")));
     }
-    if !(1..=100).contains(&args.percent) {
-        return Err(Error::bad_input(anyhow!("--percent {}: give 1 to 100", args.percent)));
+    if !(1..=100).contains(&percent) {
+        return Err(Error::bad_input(anyhow!("--percent {percent}: give 1 to 100")));
     }
-    let ReproduceArgs { scenes, seed, steps, repeats, percent, quick, .. } = *args;
-    Ok(Settings { scenes, seed, steps, repeats, percent, quick })
+    Ok(settings)
 }
 
 fn experiment(name: &str) -> Result<&'static Experiment> {

@@ -5,9 +5,8 @@ use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand, ValueEnum};
 use geom::SeedTree;
 use net::Processor;
-use segment::fpcc::FpccConfig;
-use segment::loss::LossConfig;
-use segment::{NetworkConfig, SegmentModel, Split, TrainConfig};
+use segment::train_table::TrainedNetwork;
+use segment::{NetworkConfig, SegmentModel, Split, TrainConfig, TrainTable};
 use std::path::{Path, PathBuf};
 use teach::{Blocks, Lessons};
 use terminal::Terminal;
@@ -36,6 +35,18 @@ enum Architecture {
     Fpccv2,
     /// Dynamic graph convolutions, embedding and centre score only
     Fpcc,
+    /// Sparse convolutions on voxels, with votes for the pose centre
+    SparseUnet,
+}
+
+impl Architecture {
+    fn trained(self) -> TrainedNetwork {
+        match self {
+            Self::Fpccv2 => TrainedNetwork::Fpccv2,
+            Self::Fpcc => TrainedNetwork::Fpcc,
+            Self::SparseUnet => TrainedNetwork::SparseUnet,
+        }
+    }
 }
 
 /// `tsumu-lab train segment`.
@@ -50,25 +61,32 @@ struct SegmentTraining {
     /// Catalogue, for recipes that name no blocks
     #[arg(long, value_name = "FILE")]
     catalog: Option<PathBuf>,
-    /// Optimiser steps: 2000 are a first model, 6000 a good one
-    #[arg(long, default_value_t = 6000)]
-    steps: u64,
+    /// Optimiser steps: 2000 are a first model, 6000 a good one [default: the recipe's, or 6000]
+    #[arg(long)]
+    steps: Option<u64>,
     /// Weights to start from: a model file, a training's folder, or shipped weights by name (`tetrapod`, `any-shape`, `fpcc`);
     /// `shipped`: those that suit the first recipe's blocks
     #[arg(long, value_name = "MODEL")]
     init: Option<PathBuf>,
-    /// Which network: ours on the thesis' second backbone, or the thesis' first
-    #[arg(long, value_enum, default_value = "fpccv2")]
-    network: Architecture,
+    /// Which network: ours on the thesis' second backbone, the thesis' first, or the sparse U-Net [default: the recipe's, or fpccv2]
+    #[arg(long, value_enum)]
+    network: Option<Architecture>,
+    /// A key of the recipe's [train] table, counted before it: loss, valid_distance, attention, alpha, beta, epsilon_same,
+    /// epsilon_other, rate, warmup, decay, batch, points, neighbours, dilation, edge, level, out
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Train by the thesis' letter: loss summed over every pair, 4096 points, rate 0.0001; needs many more steps
+    #[arg(long)]
+    thesis: bool,
     /// What the weights are called in messages and manifests [default: the names of the recipes]
     #[arg(long)]
     name: Option<String>,
     /// Seed of scenes, tiles and first weights
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Points of a batch of FPCC; a survey is then looked at in batches of as many
-    #[arg(long, value_name = "N", default_value_t = FpccConfig::default().batch_points)]
-    batch_points: usize,
+    /// Points of a batch of FPCC, by which a survey is then looked at, or of a tile [default: the recipe's, or the network's]
+    #[arg(long, value_name = "N")]
+    batch_points: Option<usize>,
     /// Compute on a graphics card through Vulkan; for programs built with `--features gpu`
     #[arg(long)]
     gpu: bool,
@@ -108,11 +126,11 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal, job: &Job) -> Resu
     terminal.say(format!(
         "{} of {} steps; held out: {}. {}",
         trained.steps,
-        args.steps,
-        held_out(args, &trained),
+        config.steps,
+        held_out(&config, &trained),
         args.out.join("model.safetensors").display()
     ));
-    whole(trained.steps, args.steps)
+    whole(trained.steps, config.steps)
 }
 
 /// Weights to start from.
@@ -127,14 +145,16 @@ fn init(args: &SegmentTraining, piles: &[Lessons]) -> Result<Option<SegmentModel
 }
 
 fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
-    let mut config = TrainConfig { steps: args.steps, mirror: !args.handed, ..Default::default() };
-    if let Architecture::Fpcc = args.network {
-        config.network = NetworkConfig::Fpcc(FpccConfig {
-            batch_points: args.batch_points,
-            ..Default::default()
-        });
-        config.loss = LossConfig::of_the_thesis();
-    }
+    let mut table = table(args, piles)?;
+    // The network's own table would put its loss in the place of the letter's.
+    let mut config = if args.thesis {
+        TrainConfig::thesis(table.network.take().unwrap_or(TrainedNetwork::Fpcc))
+    } else {
+        TrainConfig::default()
+    };
+    config.steps = 6000;
+    config.mirror = !args.handed;
+    table.apply(&mut config).map_err(Error::bad_input)?;
     if args.any_shape {
         // What is learnt is as wide as the shapes seen: more piles, each looked at less often.
         config.steps_per_scene = 8;
@@ -144,7 +164,7 @@ fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
         config.processor = Processor::Gpu;
         config.processor.device().map_err(Error::bad_input)?;
     }
-    config.warmup = config.warmup.min(args.steps / 10);
+    config.warmup = config.warmup.min(config.steps / 10);
     let names = || piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", ");
     config.name = args.name.clone().unwrap_or_else(names);
     for shape in piles.iter().flat_map(Lessons::shapes) {
@@ -155,11 +175,40 @@ fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
     Ok(config)
 }
 
-fn held_out(args: &SegmentTraining, trained: &segment::Trained) -> String {
+/// What the recipes' `[train]` tables say, under what `--set` and the other flags say.
+fn table(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainTable> {
+    let mut tables = piles.iter().map(Lessons::train_table);
+    let first = tables.next().flatten();
+    if let Some(other) = tables.position(|t| t != first) {
+        return Err(Error::bad_input(anyhow!(
+            "{} and {} differ in [train]: a training has one; give the same table in each, or none",
+            args.recipes[0].display(),
+            args.recipes[other + 1].display()
+        )));
+    }
+    let mut all = first.cloned().unwrap_or_default();
+    for said in &args.set {
+        // A word that is no TOML value is a text.
+        let quoted = || said.split_once('=').map(|(k, v)| format!("{k} = \"{}\"", v.trim()));
+        let one = said.parse::<toml::Table>().ok().or_else(|| quoted()?.parse().ok());
+        let one = one.filter(|_| said.contains('=')).ok_or_else(|| {
+            Error::bad_input(anyhow!("--set {said}: give KEY=VALUE, as alpha=3 or loss=sum"))
+        })?;
+        all.extend(one);
+    }
+    let mut table: TrainTable =
+        toml::Value::Table(all).try_into().context("[train]").map_err(Error::bad_input)?;
+    table.network = args.network.map(Architecture::trained).or(table.network);
+    table.steps = args.steps.or(table.steps);
+    table.points = args.batch_points.or(table.points);
+    Ok(table)
+}
+
+fn held_out(config: &TrainConfig, trained: &segment::Trained) -> String {
     let v = &trained.validation;
-    match args.network {
-        Architecture::Fpccv2 => format!("votes off by {:.3} d_max in the mean", v.offset),
-        Architecture::Fpcc => format!("pair loss {:.4}, centre loss {:.4}", v.pair, v.centre),
+    match config.network {
+        NetworkConfig::Fpcc(_) => format!("pair loss {:.4}, centre loss {:.4}", v.pair, v.centre),
+        _ => format!("votes off by {:.3} d_max in the mean", v.offset),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::train::whole;
 use anyhow::anyhow;
 use clap::Args;
 use geom::SeedTree;
-use net::ResNetDepth;
+use net::{ImageTransformerConfig, ResNetDepth};
 use placement::{NetworkShape, RotationCode, SampleConfig, TrainConfig};
 use scene::{BlockModel, Catalog};
 use std::path::PathBuf;
@@ -62,7 +62,7 @@ pub struct PlacementTraining {
     seed: u64,
 }
 
-/// Residual networks on the command line.
+/// Networks on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Depth {
     /// 18 layers
@@ -74,6 +74,8 @@ enum Depth {
     /// 50 layers
     #[value(name = "resnet-50")]
     Resnet50,
+    /// An image Transformer
+    Transformer,
 }
 
 /// Rotation codes on the command line.
@@ -147,10 +149,13 @@ fn config(args: &PlacementTraining, name: String) -> TrainConfig {
     config.network.modes = args.modes;
     config.network.backbone.width = args.width;
     config.network.backbone.depth = match args.network {
-        Depth::Resnet18 => ResNetDepth::Layers18,
+        Depth::Resnet18 | Depth::Transformer => ResNetDepth::Layers18,
         Depth::Resnet34 => ResNetDepth::Layers34,
         Depth::Resnet50 => ResNetDepth::Layers50,
     };
+    if let Depth::Transformer = args.network {
+        config.network.transformer = Some(ImageTransformerConfig::default());
+    }
     config.network.rotation = match args.rotation {
         Rotation::SixNumbers => RotationCode::SixNumbers,
         Rotation::Euler => RotationCode::Euler,

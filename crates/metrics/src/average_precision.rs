@@ -8,6 +8,7 @@
 use crate::MetricsError;
 use crate::instances::{InstanceScene, iou_pairs};
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A scene and the score of each predicted instance (`score[n − 1]` for label `n`).
 #[derive(Clone, Copy, Debug)]
@@ -51,13 +52,15 @@ fn at_iou(scenes: &[ScoredScene], min_iou: f64) -> Result<Option<f64>, MetricsEr
             scene.score.get(instance as usize - 1).copied().ok_or(missing)
         };
         truths += overlaps.truth.len();
-        let mut matched = Vec::new();
-        for &t in overlaps.truth.keys() {
+        let mut meets: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for (&(p, t), _) in overlaps.iou.iter().filter(|(_, iou)| **iou > min_iou) {
+            meets.entry(t).or_default().push(p);
+        }
+        let mut matched = BTreeSet::new();
+        for t in overlaps.truth.keys() {
             let mut best: Option<f32> = None;
-            for (&(p, _), _) in
-                overlaps.iou.iter().filter(|((_, u), iou)| *u == t && **iou > min_iou)
-            {
-                matched.push(p);
+            for &p in meets.get(t).into_iter().flatten() {
+                matched.insert(p);
                 let score = score_of(p)?;
                 match best {
                     None => best = Some(score),

@@ -5,8 +5,9 @@
 //! visible surface, of estimate and truth together, whose distances from the camera differ by more than a tolerance. Recall
 //! is averaged over ten limits as the benchmark has them, .05 to .50 of the diameter (MSSD) or of the cost (VSD).
 
-use geom::{Pose, Quat, TriMesh, Vec3};
-use scene::BlockModel;
+use crate::TrueBlock;
+use geom::{DVec3, Pose, Quat, TriMesh, Vec3, hull_corners};
+use scene::{Catalog, Fit, PlacedBlock, Recognised, SymmetryGroup};
 
 /// Limits of a benchmark: .05, .10 … .50.
 pub fn limits() -> [f64; 10] {
@@ -17,21 +18,29 @@ pub fn limits() -> [f64; 10] {
 /// half-circle.
 const AXIS_STEPS: usize = 315;
 
-/// Largest distance between two corners of the mesh, metres.
-pub fn diameter_m(mesh: &TriMesh) -> f64 {
-    let v = &mesh.vertices;
+/// The corners of a mesh's convex hull. Nothing of the mesh lies farther from another part of it, nor moves farther between two
+/// poses, than these do.
+pub fn outline(mesh: &TriMesh) -> Vec<Vec3> {
+    let points: Vec<DVec3> = mesh.vertices.iter().map(|v| v.as_dvec3()).collect();
+    match hull_corners(&points) {
+        Some(corners) => corners.into_iter().map(|i| mesh.vertices[i]).collect(),
+        None => mesh.vertices.clone(),
+    }
+}
+
+/// Largest distance between two corners, metres.
+pub fn diameter_m(outline: &[Vec3]) -> f64 {
     let mut longest = 0.0_f32;
-    for (i, a) in v.iter().enumerate() {
-        for b in &v[..i] {
+    for (i, a) in outline.iter().enumerate() {
+        for b in &outline[..i] {
             longest = longest.max((*a - *b).length_squared());
         }
     }
     f64::from(longest).sqrt()
 }
 
-/// Maximum symmetry-aware surface distance between two poses of a block, metres.
-pub fn mssd_m(model: &BlockModel, estimate: &Pose, truth: &Pose) -> f64 {
-    let group = &model.symmetry;
+/// Maximum symmetry-aware surface distance between two poses of a block with this outline, metres.
+pub fn mssd_m(group: &SymmetryGroup, outline: &[Vec3], estimate: &Pose, truth: &Pose) -> f64 {
     let mut best = f32::INFINITY;
     for k in 0..group.order() {
         let element = group.element(k);
@@ -49,7 +58,7 @@ pub fn mssd_m(model: &BlockModel, estimate: &Pose, truth: &Pose) -> f64 {
             let way = |v: &Vec3| (*estimate * *v - same * *v).length();
             // Once one corner is farther than the best so far, this symmetry is not the one.
             let mut most = 0.0_f32;
-            for v in &model.mesh.vertices {
+            for v in outline {
                 most = most.max(way(v));
                 if most >= best {
                     break;
@@ -179,10 +188,70 @@ pub fn average_recall(
     (truths > 0 && !limits.is_empty()).then(|| all as f64 / (truths * limits.len()) as f64)
 }
 
+/// Truths of a type found by MSSD, summed over the benchmark's ten limits, and how many there could have been.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MssdScore {
+    /// Truths found, each counted once a limit.
+    pub found: usize,
+    /// Truths that are scored, times the limits.
+    pub possible: usize,
+}
+
+impl MssdScore {
+    /// AR_MSSD; `None` without truths.
+    pub fn average_recall(&self) -> Option<f64> {
+        (self.possible > 0).then(|| self.found as f64 / self.possible as f64)
+    }
+
+    /// Both scenes pooled.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { found: self.found + other.found, possible: self.possible + other.possible }
+    }
+}
+
+/// MSSD of the stated blocks of a scene, the surest first, against the true blocks less hidden than `occlusion_limit`; each type
+/// by itself, as the benchmark has it.
+pub fn score_mssd(
+    estimates: &[Recognised],
+    truths: &[TrueBlock],
+    catalog: &Catalog,
+    occlusion_limit: f32,
+) -> MssdScore {
+    let limits = limits();
+    let mut score = MssdScore::default();
+    for (id, model) in catalog.iter() {
+        let mut stated: Vec<&Fit> =
+            scene::stated(estimates).map(|(_, fit)| fit).filter(|fit| fit.model == id).collect();
+        stated.sort_by(|a, b| b.confidence.unwrap_or(1.0).total_cmp(&a.confidence.unwrap_or(1.0)));
+        let truths: Vec<&PlacedBlock> = truths
+            .iter()
+            .filter(|t| t.occlusion < occlusion_limit && t.placed.model == id)
+            .map(|t| &t.placed)
+            .collect();
+        let corners = outline(&model.mesh);
+        let diameter = diameter_m(&corners);
+        let error = |e: usize, t: usize| {
+            let (estimate, truth) = (&stated[e].site_from_block, &truths[t].site_from_block);
+            // Centres that lie so far apart cannot be within the widest limit.
+            let centre = |pose: &Pose| *pose * model.centre;
+            if f64::from((centre(estimate) - centre(truth)).length()) > diameter {
+                return f64::INFINITY;
+            }
+            mssd_m(&model.symmetry, &corners, estimate, truth) / diameter
+        };
+        if let Some(recall) = average_recall(stated.len(), truths.len(), error, &limits) {
+            let possible = truths.len() * limits.len();
+            score.found += (recall * possible as f64).round() as usize;
+            score.possible += possible;
+        }
+    }
+    score
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::{ConvexPart, SymmetryGroup};
+    use scene::{BlockModel, ConvexPart};
 
     /// A flat box 0.1 × 0.06 × 0.02 m whose half turn about z changes nothing.
     fn slab() -> BlockModel {
@@ -243,9 +312,11 @@ mod tests {
                 }
             })
             .collect();
-        let taus = [0.1 * diameter_m(&slab.mesh), 0.02 * diameter_m(&slab.mesh)];
+        let corners = outline(&slab.mesh);
+        assert_eq!(corners.len(), 8);
+        let taus = [0.1 * diameter_m(&corners), 0.02 * diameter_m(&corners)];
         for (estimate, distance, discrepancy) in cases {
-            let got = mssd_m(&slab, &estimate, &truth);
+            let got = mssd_m(&slab.symmetry, &corners, &estimate, &truth);
             assert!((got - distance).abs() < 1e-6, "{got} {distance}");
             let image = camera.distances_m(&slab.mesh, &estimate);
             let got = vsd(&measured, &seen, &image, VISIBLE_M, &taus);

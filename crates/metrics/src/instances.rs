@@ -5,7 +5,7 @@
 
 use crate::MetricsError;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Label columns of one scene, one label a point, 0 = none.
 #[derive(Clone, Copy, Debug)]
@@ -103,11 +103,11 @@ pub fn precision_recall(
         let overlaps = iou_pairs(scene, number)?;
         let mut pairs: Vec<_> = overlaps.iou.iter().filter(|(_, iou)| **iou >= min_iou).collect();
         pairs.sort_by(|a, b| b.1.total_cmp(a.1).then(a.0.cmp(b.0)));
-        let (mut used_p, mut used_t) = (Vec::new(), Vec::new());
+        let (mut used_p, mut used_t) = (BTreeSet::new(), BTreeSet::new());
         for ((p, t), _) in pairs {
             if !used_p.contains(p) && !used_t.contains(t) {
-                used_p.push(*p);
-                used_t.push(*t);
+                used_p.insert(*p);
+                used_t.insert(*t);
             }
         }
         let hits = used_p.len();

@@ -79,12 +79,12 @@ pub fn tolerance_m(d_max_m: f32) -> f64 {
     f64::from(d_max_m) * 0.01
 }
 
-/// Joins the points of a truth and a result. Errors: a column that is not as long as its cloud, a tolerance that is none.
+/// Joins the points of a truth and a result; `zero` says of each side whether 0 is an instance. Errors: a column that is not as long as its cloud, a tolerance that is none.
 pub fn match_labels(
     truth: Labelled<'_>,
     result: Labelled<'_>,
     tolerance_m: f64,
-    zero: Zero,
+    [zero_of_truth, zero_of_result]: [Zero; 2],
 ) -> Result<MatchedLabels, MetricsError> {
     for (side, cloud) in [("truth", &truth), ("result", &result)] {
         if cloud.instance.len() != cloud.position.len() {
@@ -98,8 +98,8 @@ pub fn match_labels(
     if !(tolerance_m > 0.0 && tolerance_m.is_finite()) {
         return Err(MetricsError::Tolerance { metres: tolerance_m });
     }
-    let (truth_label, _) = dense(truth.instance, zero);
-    let (result_label, numbers) = dense(result.instance, zero);
+    let (truth_label, _) = dense(truth.instance, zero_of_truth);
+    let (result_label, numbers) = dense(result.instance, zero_of_result);
     let partner = partners(truth.position, result.position, tolerance_m);
     let mut matched = MatchedLabels { truth: truth_label, ..Default::default() };
     for p in &partner {
@@ -162,9 +162,13 @@ pub fn label_figures(scenes: &[MatchedLabels], min_iou: f64) -> Result<LabelFigu
     let (mut sum, mut count, mut weighted, mut weight) = (0.0, 0_usize, 0.0, 0_usize);
     for (number, scene) in plain.iter().enumerate() {
         let overlaps = iou_pairs(scene, number)?;
-        for (&t, &points) in &overlaps.truth {
-            let best = overlaps.iou.iter().filter(|((_, u), _)| *u == t).map(|p| *p.1);
-            let best = best.fold(0.0, f64::max);
+        let mut best_of: BTreeMap<u32, f64> = BTreeMap::new();
+        for ((_, t), iou) in &overlaps.iou {
+            let best = best_of.entry(*t).or_default();
+            *best = best.max(*iou);
+        }
+        for (t, &points) in &overlaps.truth {
+            let best = best_of.get(t).copied().unwrap_or_default();
             sum += best;
             count += 1;
             weighted += best * points as f64;
@@ -208,8 +212,13 @@ mod tests {
             .into_iter()
             .map(|i| if i == 9 || i == 8 { -1 } else { i + 9_000_000_000 })
             .collect();
-        let m = match_labels(cloud(&points, &truth), cloud(&position, &instance), 1e-3, Zero::None)
-            .unwrap();
+        let m = match_labels(
+            cloud(&points, &truth),
+            cloud(&position, &instance),
+            1e-3,
+            [Zero::None; 2],
+        )
+        .unwrap();
         let figures = label_figures(&[m], 0.5).unwrap();
         assert_eq!(figures.counts.true_positives, 2);
         assert_eq!((figures.counts.false_positives, figures.counts.false_negatives), (0, 0));
@@ -233,13 +242,15 @@ mod tests {
                 }
             })
             .collect();
-        let m = match_labels(cloud(&points, &truth), cloud(&longer, &result), 1e-3, Zero::None)
-            .unwrap();
+        let m =
+            match_labels(cloud(&points, &truth), cloud(&longer, &result), 1e-3, [Zero::None; 2])
+                .unwrap();
         assert_eq!((m.unmatched_truth, m.unmatched_predicted, m.not_judged), (0, 30, 1));
         let figures = label_figures(&[m], 0.5).unwrap();
         assert_eq!((figures.counts.true_positives, figures.counts.false_positives), (1, 0));
         assert_eq!(figures.coverage, Some(0.75));
-        let none = match_labels(cloud(&points, &truth), cloud(&[], &[]), 1e-3, Zero::None).unwrap();
+        let none =
+            match_labels(cloud(&points, &truth), cloud(&[], &[]), 1e-3, [Zero::None; 2]).unwrap();
         assert_eq!(none.unmatched_truth, 20);
         assert_eq!(label_figures(&[none], 0.5).unwrap().counts.false_negatives, 1);
     }
@@ -249,7 +260,7 @@ mod tests {
         let points = line(10);
         let labels: Vec<i64> = (0..10).map(|i| i / 5).collect();
         let count = |zero| {
-            let m = match_labels(cloud(&points, &labels), cloud(&points, &labels), 1e-3, zero);
+            let m = match_labels(cloud(&points, &labels), cloud(&points, &labels), 1e-3, [zero; 2]);
             label_figures(&[m.unwrap()], 0.5).unwrap().counts.true_positives
         };
         assert_eq!((count(Zero::None), count(Zero::Instance)), (1, 2));
@@ -258,9 +269,10 @@ mod tests {
     #[test]
     fn what_does_not_belong_together_is_refused() {
         let points = line(3);
-        let wrong = match_labels(cloud(&points, &[1]), cloud(&points, &[1, 1, 1]), 1.0, Zero::None);
+        let wrong =
+            match_labels(cloud(&points, &[1]), cloud(&points, &[1, 1, 1]), 1.0, [Zero::None; 2]);
         assert!(wrong.unwrap_err().to_string().contains("1 labels for 3 points"));
-        let wrong = match_labels(cloud(&[], &[]), cloud(&[], &[]), 0.0, Zero::None);
+        let wrong = match_labels(cloud(&[], &[]), cloud(&[], &[]), 0.0, [Zero::None; 2]);
         assert!(wrong.unwrap_err().to_string().contains("tolerance"));
         assert!(label_figures(&[], 1.5).is_err());
     }

@@ -13,7 +13,7 @@ use crate::single::{Only, Single, solids};
 use crate::surface_samples::samples;
 use crate::view::View;
 use crate::{Epoch, MonitorError, SeenBlock, StableGround};
-use geom::{DVec3, HeightMap, Observer, Vec3};
+use geom::{DVec3, HeightMap, Observer, PointGrid, Vec3};
 use scene::{Catalog, Placement, Plan};
 use serde::{Deserialize, Serialize};
 
@@ -293,7 +293,9 @@ fn look_for_missing(
     // The plan shows all of its own surface.
     let own = View::everything();
     let solids = solids(catalog);
+    let nothing = PointGrid::new(&[], 1.0);
     let judge = Single {
+        unexplained: &nothing,
         catalog,
         samples: &samples,
         solids: &solids,

@@ -1,7 +1,7 @@
 //! The comparison of two epochs: register, match, test, look.
 
 use crate::body::{Body, difference};
-use crate::breakage::{BreakageConfig, gone_m2};
+use crate::breakage::{BreakageConfig, gone_by_itself_m2, gone_m2, limit_blocks2};
 use crate::change::{Change, Class};
 use crate::common_error::CommonError;
 use crate::dense::{Matrix, cholesky, distance2, sum};
@@ -14,7 +14,7 @@ use crate::stable::{self, StableGround};
 use crate::surface_samples::{Samples, samples};
 use crate::view::View;
 use crate::{Epoch, MonitorError};
-use geom::{Bounds, DVec3, Observer, Vec3};
+use geom::{Bounds, DVec3, Observer, PointGrid, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, Survey};
 use serde::{Deserialize, Serialize};
@@ -344,12 +344,17 @@ fn detect(
         fine: samples(catalog, config.breakage.samples),
         coarse: samples(catalog, config.single.samples),
         solids: solids(catalog),
+        unexplained: [
+            unexplained(earlier, &earlier.survey.cloud.position_m, views[0].near_m),
+            unexplained(later, &later_points, views[1].near_m),
+        ],
         views,
         limit,
         config,
     };
     let one = |t: &Tested| judged.pair(t, &frame.earlier[t.pair.earlier], &moved[t.pair.later]);
     let mut changes: Vec<Change> = tested.par_iter().flat_map_iter(one).collect();
+    broken(&mut changes, catalog, &config.breakage);
     stop(observer)?;
     let lost = alone(&frame.earlier, pairs.iter().map(|p| p.earlier));
     let come = alone(&moved, pairs.iter().map(|p| p.later));
@@ -381,21 +386,32 @@ struct Judged<'a> {
     coarse: Vec<Samples>,
     solids: Solids,
     views: [View; 2],
+    /// Points of each epoch that none of its blocks explains.
+    unexplained: [PointGrid; 2],
     limit: f64,
     config: &'a CompareConfig,
 }
 
+/// From this turn on nobody can say which leg is which.
+const ROLLED_RAD: f64 = 0.15;
 /// From this many block lengths on a pair that moved must have left its old place, or it is two blocks.
 const LEAVES_BLOCKS: f64 = 0.3;
 
 impl Judged<'_> {
     fn single(&self, only: Only) -> Single<'_> {
         let (own, other) = match only {
-            Only::Earlier => (&self.views[0], &self.views[1]),
-            Only::Later => (&self.views[1], &self.views[0]),
+            Only::Earlier => (0, 1),
+            Only::Later => (1, 0),
         };
-        let (catalog, config) = (self.catalog, &self.config.single);
-        Single { catalog, samples: &self.coarse, solids: &self.solids, own, other, config }
+        Single {
+            catalog: self.catalog,
+            samples: &self.coarse,
+            solids: &self.solids,
+            own: &self.views[own],
+            other: &self.views[other],
+            unexplained: &self.unexplained[other],
+            config: &self.config.single,
+        }
     }
 
     /// What became of a matched block: one change, or two where the pair is none.
@@ -421,16 +437,44 @@ impl Judged<'_> {
             let own: Vec<Vec3> =
                 seen_a.points.iter().filter_map(|&i| cloud.get(i as usize).copied()).collect();
             let breakage = &self.config.breakage;
-            let gone = gone_m2(a, b, self.catalog, &self.fine, &own, views, breakage);
-            if gone > 0.0 {
-                let was = change.class.word();
-                change.say(&format!("{gone:.2} m² of its surface is gone; otherwise {was}"));
-                change.class = Class::PossiblyBroken;
-                change.gone_m2 = gone;
+            change.gone_m2 = gone_m2(a, b, self.catalog, &self.fine, &own, views, breakage);
+            if change.turn_rad > ROLLED_RAD {
+                let alone = gone_by_itself_m2(a, b, self.catalog, &self.fine, views, breakage);
+                change.gone_m2 = change.gone_m2.max(alone);
             }
         }
         vec![change]
     }
+}
+
+/// Calls those broken of whose surface more is gone than of the others.
+fn broken(changes: &mut [Change], catalog: &Catalog, config: &BreakageConfig) {
+    let blocks2 = |c: &Change| c.gone_m2 / f64::from(catalog.get(c.model).d_box_m).powi(2);
+    let asked = |c: &&Change| c.earlier_id.is_some() && c.later_id.is_some();
+    let patches: Vec<f64> = changes.iter().filter(asked).map(blocks2).collect();
+    let limit = limit_blocks2(&patches, config);
+    for change in changes {
+        if change.gone_m2 > 0.0 && blocks2(change) >= limit {
+            let was = change.class.word();
+            change
+                .say(&format!("{:.2} m² of its surface is gone; otherwise {was}", change.gone_m2));
+            change.class = Class::PossiblyBroken;
+        } else {
+            change.gone_m2 = 0.0;
+        }
+    }
+}
+
+/// Points of an epoch that none of its blocks explains; none where the blocks do not say which they explain.
+fn unexplained(epoch: &Epoch, points: &[Vec3], cell_m: f32) -> PointGrid {
+    let mut taken = vec![epoch.blocks.iter().all(|b| b.points.is_empty()); points.len()];
+    for &i in epoch.blocks.iter().flat_map(|b| &b.points) {
+        if let Some(taken) = taken.get_mut(i as usize) {
+            *taken = true;
+        }
+    }
+    let open: Vec<Vec3> = points.iter().zip(taken).filter(|(_, t)| !t).map(|(p, _)| *p).collect();
+    PointGrid::new(&open, cell_m.max(1e-3))
 }
 
 fn tested(

@@ -8,7 +8,7 @@ use crate::body::Body;
 use crate::change::{Change, Class};
 use crate::surface_samples::{Samples, of};
 use crate::view::{Look, Shares, View};
-use geom::{DistanceField, Vec3};
+use geom::{DistanceField, PointGrid, Vec3};
 use rayon::prelude::*;
 use scene::Catalog;
 use serde::{Deserialize, Serialize};
@@ -26,11 +26,23 @@ pub struct SingleConfig {
     pub still_there: f64,
     /// Fewest samples of its surface that its own epoch must show.
     pub least_shown: usize,
+    /// Share of an earlier block's surface that still stands, from which what is gone is a piece and not the block.
+    pub partly: f64,
+    /// Surface that no block explains near the upper part of a block's old place, in squares of the block length, from which the
+    /// block may have moved without having been recognised.
+    pub unexplained_blocks2: f32,
 }
 
 impl Default for SingleConfig {
     fn default() -> Self {
-        Self { samples: 250, through: 0.35, still_there: 0.6, least_shown: 8 }
+        Self {
+            samples: 250,
+            through: 0.35,
+            still_there: 0.6,
+            least_shown: 8,
+            partly: 0.45,
+            unexplained_blocks2: 0.12,
+        }
     }
 }
 
@@ -49,6 +61,8 @@ pub(crate) struct Single<'a> {
     /// The clouds of the block's own epoch and of the other one, in one frame.
     pub own: &'a View,
     pub other: &'a View,
+    /// Points of the other epoch that no block of it explains.
+    pub unexplained: &'a PointGrid,
     pub config: &'a SingleConfig,
 }
 
@@ -76,7 +90,29 @@ impl Single<'_> {
     pub fn judge(&self, body: &Body, block: &SeenBlock, only: Only) -> Change {
         let shares = Shares::of(&self.looks(body));
         let pierced = self.pierced(body);
-        verdict(body, block, only, &shares, pierced, self.config)
+        let mut change = verdict(body, block, only, &shares, pierced, self.config);
+        let size_m = self.catalog.get(body.model).d_box_m;
+        let moved_m2 = self.unexplained_m2(body, size_m);
+        if matches!(change.class, Class::Missing | Class::New)
+            && moved_m2 > self.config.unexplained_blocks2 * size_m * size_m
+        {
+            let epoch = if only == Only::Earlier { "later" } else { "earlier" };
+            change.doubt(&format!(
+                "{moved_m2:.1} m² that no block explains stand there in the {epoch} survey: it may have moved"
+            ));
+        }
+        change
+    }
+
+    /// Surface of the other epoch about the upper half of the block that none of its blocks explains, m²: what a removed block
+    /// leaves free lies lower.
+    fn unexplained_m2(&self, body: &Body, size_m: f32) -> f32 {
+        let centre = body.centre.as_vec3();
+        let mut count = 0_u32;
+        self.unexplained.for_each_within(centre, NEIGHBOURHOOD * size_m, |_, p, _| {
+            count += u32::from(p.z > centre.z + UPPER * size_m);
+        });
+        count as f32 * self.other.spacing_m().powi(2)
     }
 
     /// Whether the other epoch has points where the block would be solid.
@@ -93,6 +129,9 @@ impl Single<'_> {
     }
 }
 
+/// Where a block that moved by less than half its length may show, in block lengths about its old centre, and above it.
+const NEIGHBOURHOOD: f32 = 0.75;
+const UPPER: f32 = 0.1;
 /// How deep inside a block points must lie, beyond a survey's nearness, in block lengths, and how much of them.
 const DEPTH_BLOCKS: f32 = 0.03;
 const PIERCED_BLOCKS2: f32 = 0.01;
@@ -122,6 +161,16 @@ fn verdict(
     let judgeable = shares.seen + shares.through + shares.covered;
     let (class, confidence, note) = if shares.count < config.least_shown {
         (Class::Hidden, 0.5, "its own epoch shows too little of it".to_string())
+    } else if only == Only::Earlier
+        && shares.seen >= config.partly
+        && shares.seen < config.still_there.max(0.9)
+        && (pierced || shares.through > 0.4 * (1.0 - shares.seen))
+    {
+        let note = format!(
+            "{:.0} % of its surface still stands, the rest is gone; it was not recognised whole",
+            100.0 * shares.seen
+        );
+        (Class::PossiblyBroken, shares.seen, note)
     } else if pierced {
         let note = format!("the {epoch} survey has points where it would be solid");
         (gone, f64::max(0.9, shares.through), note)

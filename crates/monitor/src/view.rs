@@ -77,6 +77,11 @@ impl View {
         self.any_within(p, self.near_m)
     }
 
+    /// Typical distance between its points, metres; 0 for one that knows everything.
+    pub fn spacing_m(&self) -> f32 {
+        self.spacing_m
+    }
+
     fn any_within(&self, p: Vec3, radius_m: f32) -> bool {
         self.grid.as_ref().is_none_or(|g| g.nearest_within(p, radius_m).is_some())
     }
@@ -96,12 +101,18 @@ impl View {
 
     /// What is known of a place with this outward normal.
     pub fn look(&self, p: Vec3, normal: Vec3) -> Look {
+        self.look_within(p, normal, LEAST_COS)
+    }
+
+    /// The same of sensors that look at the place at least as squarely as this cosine of the slant.
+    pub fn look_within(&self, p: Vec3, normal: Vec3, least_cos: f32) -> Look {
         if self.has_point(p) {
             return Look::Seen;
         }
         let clear_m = self.near_m + self.tube_m;
         let (mut covered, mut through) = (false, false);
-        for to_sensor in self.directions(p, normal) {
+        let squarely = |d: &Vec3| d.dot(normal) >= least_cos;
+        for to_sensor in self.directions(p, normal).into_iter().filter(squarely) {
             if self.meets(p, to_sensor, clear_m) {
                 covered = true;
             } else if self.meets(p, -to_sensor, clear_m) {

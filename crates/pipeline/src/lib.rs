@@ -4,10 +4,12 @@
 //! each line is a stage's verb.
 
 mod error;
+mod method;
 mod recogniser;
 pub mod survey;
 
 pub use error::PipelineError;
+pub use method::Method;
 pub use pose::{PileVerdict, Templates};
 pub use recogniser::{Recogniser, Recognition};
 
@@ -23,6 +25,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
+    /// Whose values stand where nothing else is said; only this word of it, the values are in the tables.
+    #[serde(skip_serializing_if = "Method::is_default")]
+    pub method: Method,
     /// Which points can hold blocks at all.
     pub background: BackgroundConfig,
     /// Settings of segmentation.

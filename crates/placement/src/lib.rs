@@ -22,6 +22,7 @@ pub use error::PlacementError;
 pub use evaluate::{Errors, errors, offsets};
 pub use image::stored_view;
 pub use model::{ModelDescription, PlacementModel, turns_rad};
+pub use net::{ImageTransformerConfig, ResNetDepth};
 pub use network::{NetworkShape, PlacementNetwork};
 pub use rotation::RotationCode;
 pub use samples::{Background, GoodPose, Sample, SampleConfig, Split, make_samples};

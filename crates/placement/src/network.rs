@@ -3,7 +3,7 @@
 
 use crate::{PlacementError, RotationCode};
 use net::prelude::{Device, Linear, LinearConfig, Module, Tensor, TensorData, burn, relu};
-use net::{ResNet, ResNetConfig, residual};
+use net::{ImageTransformer, ImageTransformerConfig, ResNet, ResNetConfig, residual};
 use plan::DepthView;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +15,9 @@ pub struct NetworkShape {
     pub view: DepthView,
     /// The residual network.
     pub backbone: ResNetConfig,
+    /// An image Transformer in its place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transformer: Option<ImageTransformerConfig>,
     /// Numbers between backbone and branches.
     pub features: usize,
     /// Answers to a window; the thesis: 1.
@@ -28,6 +31,7 @@ impl Default for NetworkShape {
         Self {
             view: DepthView { pixels: 48, edge: 1.8 },
             backbone: ResNetConfig { width: 16, pool: true, ..ResNetConfig::default() },
+            transformer: None,
             features: 256,
             modes: 16,
             rotation: RotationCode::SixNumbers,
@@ -47,6 +51,10 @@ impl NetworkShape {
         within("features", self.features as f64, 1.0, 65_536.0, "1 to 65536")?;
         within("modes", self.modes as f64, 1.0, 1024.0, "1 to 1024")?;
         within("width", self.backbone.width as f64, 8.0, 1024.0, "8 to 1024")?;
+        if let Some(allowed) = self.transformer.and_then(|t| t.fault(self.view.pixels as usize)) {
+            let value = self.view.pixels.into();
+            return Err(PlacementError::Setting { name: "transformer", value, allowed });
+        }
         let odd = (self.backbone.width % residual::GROUPS) as f64;
         within("width modulo 8", odd, 0.0, 0.0, "widths are multiples of 8")
     }
@@ -66,7 +74,8 @@ pub(crate) struct Output {
 /// The network's weights.
 #[derive(Module, Debug)]
 pub struct PlacementNetwork {
-    backbone: ResNet,
+    backbone: Option<ResNet>,
+    transformer: Option<ImageTransformer>,
     features: Linear,
     place_hidden: Linear,
     place: Linear,
@@ -80,9 +89,15 @@ impl PlacementNetwork {
     pub fn new(shape: &NetworkShape, device: &Device) -> Self {
         let linear = |a: usize, b: usize| LinearConfig::new(a, b).init(device);
         let (f, k) = (shape.features, shape.modes);
+        let seen = match &shape.transformer {
+            Some(transformer) => transformer.width,
+            None => shape.backbone.features(shape.view.pixels as usize),
+        };
+        let backbone = shape.transformer.is_none().then(|| ResNet::new(&shape.backbone, device));
         Self {
-            backbone: ResNet::new(&shape.backbone, device),
-            features: linear(shape.backbone.features(shape.view.pixels as usize), f),
+            backbone,
+            transformer: shape.transformer.as_ref().map(|t| ImageTransformer::new(t, device)),
+            features: linear(seen, f),
             place_hidden: linear(f, f / 2 + 1),
             place: linear(f / 2 + 1, 3 * k),
             attitude_hidden: linear(f, f / 2 + 1),
@@ -101,7 +116,12 @@ impl PlacementNetwork {
         let n = shape.view.pixels as usize;
         let b = images.len() / (n * n);
         let image = Tensor::<4>::from_data(TensorData::new(images, [b, 1, n, n]), device);
-        let x = relu(self.features.forward(self.backbone.forward(image))); // [b, f]
+        let seen = match (&self.transformer, &self.backbone) {
+            (Some(transformer), _) => transformer.forward(image),
+            (None, Some(backbone)) => backbone.forward(image),
+            (None, None) => image.flatten(1, 3),
+        };
+        let x = relu(self.features.forward(seen)); // [b, f]
         let place = self.place.forward(relu(self.place_hidden.forward(x.clone()))); // [b, 3k]
         let attitude = self.attitude.forward(relu(self.attitude_hidden.forward(x.clone())));
         let k = shape.modes;

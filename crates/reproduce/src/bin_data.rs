@@ -85,7 +85,7 @@ impl ForeignScene {
             Labelled { position: &self.position, instance: &self.instance, confidence: None };
         let result = Labelled { position: &self.position, instance: &labels, confidence: None };
         let tolerance_m = metrics::labelled_clouds::tolerance_m(d_max_m);
-        let matched = match_labels(truth, result, tolerance_m, Zero::Instance)?;
+        let matched = match_labels(truth, result, tolerance_m, [Zero::Instance; 2])?;
         Ok(label_figures(&[matched], 0.5)?)
     }
 }

@@ -23,9 +23,11 @@ mod planning_site;
 mod planning_tables;
 mod pose_ablation;
 mod pose_confidence;
+mod pose_fitting;
 mod pose_hard;
 mod pose_judge;
 mod pose_sites;
+mod region_times;
 mod scenes;
 mod segmentation_confidence;
 mod segmentation_judge;
@@ -39,7 +41,7 @@ mod segmentation_time;
 
 pub use error::ReproduceError;
 pub use markdown::{Align, Table};
-pub use scenes::{HeldOut, SiteSet, site_sets, white_noise_sets};
+pub use scenes::{HeldOut, SiteSet, site_sets, table_sets, white_noise_sets};
 
 use geom::Observer;
 use segment::SegmentModel;
@@ -65,6 +67,13 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self { scenes: 3, seed: 900_001, steps: 400, repeats: 5, percent: 100, quick: false }
+    }
+}
+
+impl Settings {
+    /// As little as still makes every table.
+    pub fn quick() -> Self {
+        Self { scenes: 1, steps: 10, repeats: 1, percent: 10, quick: true, ..Self::default() }
     }
 }
 
@@ -107,6 +116,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
     segmentation_networks::EXPERIMENT,
     segmentation_time::EXPERIMENT,
     pose_sites::EXPERIMENT,
+    pose_fitting::EXPERIMENT,
+    region_times::EXPERIMENT,
     pose_ablation::EXPERIMENT,
     pose_confidence::EXPERIMENT,
     pose_hard::HARD,

@@ -1,11 +1,12 @@
 //! Claims of a comparison against what really happened.
 
 use crate::markdown::percent;
-use crate::monitoring::{EpochPair, shown};
+use crate::monitoring::{EpochPair, shown, unshown};
 use geom::Vec3;
 use monitor::{Change, Class, Comparison};
-use scene::{Catalog, PlacedBlock, Recognised, stated};
+use scene::{Catalog, InstanceId, PlacedBlock, Recognised, stated};
 use std::collections::HashMap;
+use synth::SynthScene;
 use synth::then::{TrueChange, What};
 
 /// Counts of several scenes.
@@ -26,6 +27,8 @@ pub(crate) struct Score {
     levels_rad: Vec<f64>,
     datum_m: Vec<f64>,
     seconds: f64,
+    /// What went wrong, a line of `monitoring_wrong.csv` each.
+    pub wrong: Vec<String>,
 }
 
 /// So many of so many.
@@ -47,6 +50,19 @@ impl Share {
     }
 }
 
+/// Names of what [`Score::errors`] counts.
+const ERRORS: [&str; 7] = [
+    "move not found",
+    "false change",
+    "missing not found",
+    "false missing",
+    "new not found",
+    "breakage not found",
+    "false breakage",
+];
+/// Columns of a line of what went wrong.
+pub(crate) const WRONG_HEAD: &str = "scene,error,what,shift_m,turn_deg,class,model,earlier_id,later_id,distance_m,level_m,claimed_turn_deg,level_deg,p,occlusion_earlier,occlusion_later,gone_m2,note";
+
 /// Truth below this is no movement.
 const STILL: (f32, f32) = (0.002, 0.001);
 /// A recognised block is this one when its centre and rotation are this near, in block lengths and radians.
@@ -55,6 +71,9 @@ const SAME: (f32, f32) = (0.1, 0.0873);
 const WELL_SEEN: f64 = 0.6;
 /// Surface of a broken leg's end that the first survey must show, in squares of the block length.
 const SHOWN_BLOCKS2: f32 = 0.02;
+/// How near the face where it broke off points lie, in block lengths, and how much of it the second survey must show.
+const FACE_BLOCKS: f32 = 0.03;
+const FACE_BLOCKS2: f32 = 0.005;
 
 impl Score {
     pub const HEADS: [&'static str; 10] = [
@@ -91,11 +110,32 @@ impl Score {
         self.seconds += seconds;
         let truth = Truth::of(pair, earlier, later);
         for change in &found.changes {
+            let before = self.errors();
             self.claim(pair, &truth, change);
+            let after = self.errors();
+            for (kind, _) in
+                ERRORS.iter().zip(before.iter().zip(&after)).filter(|(_, (b, a))| b != a)
+            {
+                self.wrong.push(truth.line(pair, kind, change));
+            }
         }
         let pivot = found.reference.motion.pivot().as_vec3();
         let back = found.reference.motion.apply(shown(&pair.datum, pivot).as_dvec3()).as_vec3();
         self.datum_m.push((back - pivot).length().into());
+    }
+
+    /// How many errors there are of each of [`ERRORS`].
+    fn errors(&self) -> [usize; 7] {
+        let missed = |s: &Share| s.of - s.hits;
+        [
+            missed(&self.moved),
+            self.unmoved.hits,
+            missed(&self.missing),
+            missed(&self.missing_claims),
+            missed(&self.new),
+            missed(&self.broken),
+            self.broken_false.hits,
+        ]
     }
 
     fn claim(&mut self, pair: &EpochPair, truth: &Truth, change: &Change) {
@@ -112,7 +152,7 @@ impl Score {
             (Some(_), None) => {
                 let Some(event) = of_earlier else { return };
                 let gone = event.what == What::Missing;
-                if gone {
+                if gone && !truth.is_taken(pair, event) {
                     self.missing.count(change.class == Class::Missing);
                 }
                 if change.class == Class::Missing {
@@ -224,6 +264,47 @@ impl<'a> Truth<'a> {
         }
     }
 
+    /// Whether another block came to rest where a missing one was: no survey shows then that it is gone.
+    fn is_taken(&self, pair: &EpochPair, event: &TrueChange) -> bool {
+        let centre = |b: &PlacedBlock| b.site_from_block * pair.catalog.get(b.model).centre;
+        let old = pair.before.scene.blocks.iter().find(|b| Some(b.block) == event.earlier);
+        let near_m = 0.5 * pair.catalog.get(event.model).d_box_m;
+        old.is_some_and(|old| {
+            let after = &pair.after.scene.scene.blocks;
+            after.iter().any(|b| (centre(b) - centre(old)).length() < near_m)
+        })
+    }
+
+    /// A wrong claim with its truth.
+    fn line(&self, pair: &EpochPair, error: &str, change: &Change) -> String {
+        let of = |id: Option<u32>, map: &HashMap<u32, &'a TrueChange>| {
+            id.and_then(|id| map.get(&id).copied())
+        };
+        let event = of(change.earlier_id, &self.earlier).or(of(change.later_id, &self.later));
+        let event = event.map_or(",,".into(), |e| {
+            format!("{:?},{:.3},{:.2}", e.what, e.shift_m.length(), e.turn_rad.to_degrees())
+        });
+        let id = |v: Option<u32>| v.map_or(String::new(), |v| v.to_string());
+        let share = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.2}"));
+        format!(
+            "{},{error},{event},{},{},{},{},{:.3},{:.3},{:.2},{:.2},{:.2e},{},{},{:.3},\"{}\"",
+            pair.key(),
+            change.class.word(),
+            pair.catalog.get(change.model).name,
+            id(change.earlier_id),
+            id(change.later_id),
+            change.distance_m,
+            change.level_m,
+            change.turn_rad.to_degrees(),
+            change.level_rad.to_degrees(),
+            change.significance,
+            share(change.occlusion_earlier),
+            share(change.occlusion_later),
+            change.gone_m2,
+            change.note
+        )
+    }
+
     /// Whether the block moved farther than any pair may.
     fn went_far(&self, pair: &EpochPair, event: &TrueChange) -> bool {
         let size = pair.catalog.get(event.model).d_box_m;
@@ -259,18 +340,32 @@ pub(crate) fn known<'a>(
     out
 }
 
-/// Whether the first survey shows enough of the end that is gone.
+/// Whether the first survey shows enough of the end that is gone, and the second one the face where it broke off: a block that
+/// fell on its broken leg shows neither.
 fn shows_end(pair: &EpochPair, event: &TrueChange) -> bool {
-    let (Some(cut), Some(id)) = (event.cut, event.earlier) else { return false };
-    let Some(block) = pair.before.scene.blocks.iter().find(|b| b.block == id) else { return false };
-    let survey = &pair.before.survey;
-    let bounds = survey.cloud.bounds().size();
-    let per_m2 = survey.cloud.len() as f32 / (bounds.x * bounds.y);
-    let gone = |(p, i): (&Vec3, &u32)| {
-        *i == id.0 && cut.distance_m(block.site_from_block.inverse_transform_point(*p)) > 0.0
+    let (Some(cut), Some(id), Some(later)) = (event.cut, event.earlier, event.later) else {
+        return false;
     };
-    let points =
-        survey.cloud.position_m.iter().zip(&pair.before.instance).filter(|p| gone(*p)).count();
     let size = pair.catalog.get(event.model).d_box_m;
-    points as f32 / per_m2 >= SHOWN_BLOCKS2 * size * size
+    let (before, after) = (&pair.before, &pair.after.scene);
+    let back = |p: Vec3| unshown(&pair.datum, p);
+    let end = points_where(before, id, |p| p, |p| cut.distance_m(p) > 0.0);
+    let face = points_where(after, later, back, |p| cut.distance_m(p).abs() < FACE_BLOCKS * size);
+    end >= SHOWN_BLOCKS2 * size * size && face >= FACE_BLOCKS2 * size * size
+}
+
+/// Surface that a survey shows of a block where `holds` (block coordinates), m². `true_place` undoes the survey's datum.
+fn points_where(
+    scene: &SynthScene,
+    id: InstanceId,
+    true_place: impl Fn(Vec3) -> Vec3,
+    holds: impl Fn(Vec3) -> bool,
+) -> f32 {
+    let Some(block) = scene.scene.blocks.iter().find(|b| b.block == id) else { return 0.0 };
+    let cloud = &scene.survey.cloud;
+    let bounds = cloud.bounds().size();
+    let per_m2 = cloud.len() as f32 / (bounds.x * bounds.y);
+    let own = cloud.position_m.iter().zip(&scene.instance).filter(|(_, i)| **i == id.0);
+    let there = |p: Vec3| holds(block.site_from_block.inverse_transform_point(true_place(p)));
+    own.filter(|(p, _)| there(**p)).count() as f32 / per_m2
 }

@@ -15,6 +15,8 @@ use std::path::PathBuf;
 pub(crate) struct Figures {
     pub blocks: f64,
     pub mean_distance_m: f64,
+    /// The thesis': mean distance of the added blocks' surface, where it is seen from above, to the design; 0 without a block.
+    pub surface_distance_m: f64,
     pub void_after_m3: f64,
     pub porosity: f64,
     pub protruding: f64,
@@ -37,7 +39,7 @@ impl Trial {
     }
 }
 
-const HEAD: &str = "policy,minimum_volume_m3,overflow_m,repeat,blocks,mean_distance_m,void_after_m3,porosity,protruding,seconds";
+const HEAD: &str = "policy,minimum_volume_m3,overflow_m,repeat,blocks,mean_distance_m,surface_distance_m,void_after_m3,porosity,protruding,seconds";
 
 /// The file of one table.
 pub(crate) struct PlanningLog {
@@ -77,10 +79,12 @@ impl PlanningLog {
             let made = plans.iter().filter(|p| p.made).count();
             let seconds = ((bench.clock)() - start) / made as f64;
             for of in plans {
+                let surface_distance_m = span.surface_distance_m(&of.plan);
                 let plan = of.plan.summary;
                 let figures = Figures {
                     blocks: f64::from(plan.blocks),
                     mean_distance_m: f64::from(plan.mean_distance_m),
+                    surface_distance_m,
                     void_after_m3: f64::from(plan.void_after_m3),
                     porosity: f64::from(plan.porosity),
                     protruding: f64::from(plan.protruding),
@@ -98,8 +102,14 @@ impl PlanningLog {
         for (name, f) in &self.known {
             writeln!(
                 text,
-                "{name},{},{},{},{},{},{:.3}",
-                f.blocks, f.mean_distance_m, f.void_after_m3, f.porosity, f.protruding, f.seconds
+                "{name},{},{},{},{},{},{},{:.3}",
+                f.blocks,
+                f.mean_distance_m,
+                f.surface_distance_m,
+                f.void_after_m3,
+                f.porosity,
+                f.protruding,
+                f.seconds
             )
             .expect("a string takes all text");
         }
@@ -116,9 +126,17 @@ fn parsed(line: &str) -> Option<(String, Figures)> {
     let cells: Vec<&str> = line.split(',').collect();
     let [policy, v, f, repeat, numbers @ ..] = cells.as_slice() else { return None };
     let numbers: Vec<f64> = numbers.iter().map(|n| n.parse()).collect::<Result<_, _>>().ok()?;
-    let [blocks, mean_distance_m, void_after_m3, porosity, protruding, seconds] =
+    let [blocks, mean_distance_m, surface_distance_m, void_after_m3, porosity, protruding, seconds] =
         numbers.try_into().ok()?;
-    let figures = Figures { blocks, mean_distance_m, void_after_m3, porosity, protruding, seconds };
+    let figures = Figures {
+        blocks,
+        mean_distance_m,
+        surface_distance_m,
+        void_after_m3,
+        porosity,
+        protruding,
+        seconds,
+    };
     Some((format!("{policy},{v},{f},{repeat}"), figures))
 }
 
@@ -134,6 +152,7 @@ mod tests {
         let figures = Figures {
             blocks: 81.0,
             mean_distance_m: 0.25,
+            surface_distance_m: 0.375,
             void_after_m3: 3.5,
             porosity: 0.5,
             protruding: 7.0,

@@ -1,11 +1,11 @@
 //! The site of the planning tables: a span like Sawara's, 25 m wide and 150 m long at 100 percent, 1000 tetrapods of 2 m on
 //! a level bed, a level design 2.4 m above it, tetrapods one size larger to add.
 
-use crate::{Bench, ReproduceError};
-use geom::{Observer, SeedTree};
+use crate::{Bench, ReproduceError, Table};
+use geom::{HeightMap, Observer, SeedTree, Vec2};
 use placement::PlacementModel;
 use plan::{OfVolume, PlanConfig, PlanInput, Policy};
-use scene::{Catalog, DesignSurface, Scene, Shape, SiteFrame};
+use scene::{Catalog, DesignSurface, Plan, Scene, Shape, SiteFrame};
 use synth::Recipe;
 
 const WIDTH_M: f64 = 25.0;
@@ -72,7 +72,60 @@ impl Span {
         if observer.cancelled() {
             return Err(ReproduceError::Stopped);
         }
-        let input = PlanInput {
+        Ok(plan::plans_over_volumes(&self.input(), config, volumes_m3, seed, observer)?)
+    }
+
+    /// The thesis' distance (Tables 4.6, 4.7): of the added blocks' surface points that are seen from above, one a cell of
+    /// 0.1 m, to the level of the design. Gaps between blocks and the pile below do not count; ours counts both.
+    pub fn surface_distance_m(&self, plan: &Plan) -> f64 {
+        let half = Vec2::new(self.length_m as f32 / 2.0, WIDTH_M as f32 / 2.0);
+        let mut surface = HeightMap::empty(-half, half, 0.1);
+        for placement in &plan.placements {
+            surface.raise(&self.catalog.get(placement.model).mesh, &placement.rest);
+        }
+        let seen = surface.z_m.iter().filter(|z| z.is_finite());
+        let (sum, count) =
+            seen.fold((0.0, 0_u32), |(sum, n), z| (sum + (f64::from(*z) - LEVEL_M).abs(), n + 1));
+        if count == 0 { 0.0 } else { sum / f64::from(count) }
+    }
+
+    /// Seconds of a round's steps on the pile as it is: looking for windows, and pose and drop of one window by each policy.
+    pub fn step_seconds(
+        &self,
+        seed: SeedTree,
+        bench: &Bench,
+    ) -> Result<Vec<(&'static str, f64, usize)>, ReproduceError> {
+        let input = self.input();
+        let clock = bench.clock;
+        let mut steps = Vec::new();
+        let config = settings(Policy::Search);
+        let block = self.catalog.get(plan::block_to_place(&input, &config)?);
+        let resolved = config.resolve(block, self.catalog.d_max_m())?;
+        let half = Vec2::new(self.length_m as f32 / 2.0, WIDTH_M as f32 / 2.0);
+        let start = clock();
+        let mut surface = HeightMap::empty(-half, half, resolved.cell_m);
+        for block in &self.scene.blocks {
+            surface.raise(&self.catalog.get(block.model).mesh, &block.site_from_block);
+        }
+        surface.fill_empty();
+        steps.push(("height map of the pile", clock() - start, 1));
+        let mut design = surface.clone();
+        design.fill_with(|_, _| LEVEL_M as f32);
+        let start = clock();
+        let windows = plan::windows::detect(&surface, &design, &resolved, |_| true);
+        steps.push(("windows (4.5)", clock() - start, 1));
+        for (name, policy) in POLICIES {
+            let most = windows.len().min(20) as u32;
+            let start = clock();
+            let seed = seed.child(name, 0);
+            let answers = plan::each_window(&input, &settings(policy), most, seed, bench.observer)?;
+            steps.push((name, clock() - start, answers.len().max(1)));
+        }
+        Ok(steps)
+    }
+
+    fn input(&self) -> PlanInput<'_> {
+        PlanInput {
             scene: &self.scene,
             frame: &self.frame,
             design: &self.design,
@@ -80,8 +133,7 @@ impl Span {
             placed: &[],
             proposer: Some(&self.model),
             survey: None,
-        };
-        Ok(plan::plans_over_volumes(&input, config, volumes_m3, seed, observer)?)
+        }
     }
 
     /// What its plans depend on beside their settings, in one line.
@@ -121,6 +173,26 @@ pub(crate) fn method_volume_m3(span: &Span) -> Result<f32, ReproduceError> {
         .catalog
         .get(span.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue"));
     Ok(config.resolve(block, span.catalog.d_max_m())?.minimum_volume_m3)
+}
+
+/// The site in rows.
+pub(crate) fn site_table(span: &Span) -> String {
+    let mut table = Table::new(&["", "here", "thesis"]);
+    let rows = [
+        ("site", "simulated".to_string(), "Sawara port"),
+        ("construction area, m", format!("{:.1} × {WIDTH_M}", span.length_m), "150 × 25"),
+        (
+            "existing blocks",
+            format!("{} tetrapods of 2.0 m", span.scene.blocks.len()),
+            "Clinger 5 t",
+        ),
+        ("supplement", "tetrapods of 2.1 m".to_string(), "Clinger 6 t"),
+        ("design", format!("level, {LEVEL_M} m above the bed"), "the works' section"),
+    ];
+    for (name, here, thesis) in rows {
+        table.row([name.to_string(), here, thesis.to_string()]);
+    }
+    table.finish()
 }
 
 /// Mean and standard deviation of a figure; one value has none.

@@ -1,7 +1,7 @@
 //! Tables 3.3 and 3.4: poses on the six site-sensor sets, from true segments, from the network's and from none.
 
 use crate::pose_judge::{Pooled, heads, no_segments, row, true_segments};
-use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line};
+use crate::{Bench, Experiment, ReproduceError, Table, table_sets, weights_line};
 use geom::SeedTree;
 use pose::PoseConfig;
 use segment::{SegmentConfig, SegmentModel, segment};
@@ -16,7 +16,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut table = Table::new(&heads("set, segments"));
     let mut weights = Vec::new();
     let config = PoseConfig::default();
-    for set in site_sets()? {
+    for set in table_sets(bench.settings.quick)? {
         let model = match bench.model {
             Some(model) => model.clone(),
             None => SegmentModel::shipped(&set.catalog)?,

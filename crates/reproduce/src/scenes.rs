@@ -26,6 +26,12 @@ const RECIPES: [(&str, &str); 6] = [
     ("era-mbes", include_str!("../../../recipes/era-mbes.toml")),
 ];
 
+/// The thesis' second shape at Todohokke, in one size and in two.
+const SECOND_SHAPE: [(&str, &str); 2] = [
+    ("todohokke-b-uav", include_str!("../../../recipes/todohokke-b-uav.toml")),
+    ("todohokke-b-mbes", include_str!("../../../recipes/todohokke-b-mbes.toml")),
+];
+
 /// The thesis' own simplification of the first site: white noise, no ground.
 const WHITE_NOISE: [(&str, &str); 2] = [
     ("white-noise-uav", include_str!("../../../recipes/white-noise-uav.toml")),
@@ -40,6 +46,16 @@ pub fn white_noise_sets() -> Result<Vec<SiteSet>, ReproduceError> {
 /// All six, in the order of the thesis' tables.
 pub fn site_sets() -> Result<Vec<SiteSet>, ReproduceError> {
     RECIPES.iter().map(|&(name, text)| SiteSet::parse(name, text)).collect()
+}
+
+/// The six sets with two shapes, as the thesis has them: A (tetrapods) in three sizes at Sawara and Era, B (dolosse) in two at
+/// Todohokke. Beyond a quick look also Todohokke with tetrapods, on which our settings were fitted.
+pub fn table_sets(quick: bool) -> Result<Vec<SiteSet>, ReproduceError> {
+    let mut sets = site_sets()?;
+    let second = SECOND_SHAPE.iter().map(|&(name, text)| SiteSet::parse(name, text));
+    let first: Vec<SiteSet> = sets.splice(2..4, second.collect::<Result<Vec<_>, _>>()?).collect();
+    sets.extend(first.into_iter().filter(|_| !quick));
+    Ok(sets)
 }
 
 impl SiteSet {
@@ -97,10 +113,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_tables_have_one_shape_in_three_sizes_and_another_in_two() {
+        let sets = table_sets(true).unwrap();
+        assert_eq!(sets.len(), 6);
+        let mut names: Vec<String> = Vec::new();
+        for (_, model) in sets.iter().flat_map(|s| s.catalog.iter()) {
+            if !names.contains(&model.name) {
+                names.push(model.name.clone());
+            }
+        }
+        let of = |shape: &str| names.iter().filter(|n| n.starts_with(shape)).count();
+        assert_eq!((of("tetrapod"), of("dolos"), names.len()), (3, 2, 5));
+        assert_eq!(table_sets(false).unwrap().len(), 8);
+    }
+
+    #[test]
     fn the_recipes_read_and_name_their_blocks() {
         let mut sets = site_sets().unwrap();
         assert_eq!(sets.len(), 6);
         sets.extend(white_noise_sets().unwrap());
+        sets.extend(table_sets(true).unwrap());
         assert!(sets.iter().all(|s| s.recipe.name == s.name && !s.catalog.is_empty()));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
-use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line, white_noise_sets};
+use crate::{Bench, Experiment, ReproduceError, Table, table_sets, weights_line, white_noise_sets};
 use geom::SeedTree;
 use segment::{Clustering, SegmentConfig, SegmentModel, segment};
 
@@ -18,7 +18,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut weights = Vec::new();
     let white_noise = white_noise_sets()?;
     let without_ground: Vec<&str> = white_noise.iter().map(|s| s.name).collect();
-    for set in site_sets()?.into_iter().chain(white_noise.clone()) {
+    for set in table_sets(bench.settings.quick)?.into_iter().chain(white_noise.clone()) {
         let default = match bench.model {
             Some(model) => model.clone(),
             None => SegmentModel::shipped(&set.catalog)?,

@@ -44,6 +44,11 @@ impl Lessons {
         &self.recipe.name
     }
 
+    /// The recipe's `[train]` table.
+    pub fn train_table(&self) -> Option<&toml::Table> {
+        self.recipe.train.as_ref()
+    }
+
     /// The catalogue.
     pub fn catalog(&self) -> &Catalog {
         &self.catalog

@@ -6,6 +6,7 @@ use anyhow::anyhow;
 use io::blocks_csv::BlockRow;
 use io::not_judged_csv::NotJudgedRow;
 use io::{RawCloud, ReadOptions};
+use metrics::bop::{MssdScore, score_mssd};
 use metrics::labelled_clouds::{Labelled, MatchedLabels, Zero, match_labels, tolerance_m};
 use metrics::{DetectionCounts, InstanceScene, PoseCriteria, PoseScore, TrueBlock};
 use scene::{Catalog, Fit, InstanceId, Recognised, SiteFrame};
@@ -57,6 +58,8 @@ pub struct Scores {
     pub mean_displacement_about_shift_m: Option<f64>,
     /// E_R, degrees.
     pub mean_rotation_deg: Option<f64>,
+    /// AR_MSSD of the BOP benchmark: recall averaged over ten limits, .05 to .50 of the block's diameter.
+    pub mssd_average_recall: Option<f64>,
     /// Right types among the judged ones.
     pub type_accuracy: Option<f64>,
     /// True positives whose type is left open.
@@ -156,6 +159,7 @@ struct Total {
     recognised: usize,
     not_judged: usize,
     poses: PoseScore,
+    mssd: MssdScore,
     instances: Vec<Labels>,
     block_points: Vec<Labels>,
     distance_m: Vec<f32>,
@@ -169,6 +173,7 @@ impl Total {
         self.recognised += scene.recognised;
         self.not_judged += scene.not_judged;
         self.poses = self.poses.plus(&scene.poses);
+        self.mssd = self.mssd.plus(&scene.mssd);
         self.instances.extend(scene.instances);
         self.block_points.extend(scene.block_points);
         self.distance_m.extend(scene.distance_m);
@@ -199,6 +204,7 @@ impl Total {
             mean_displacement_m: poses.mean_displacement_m(),
             mean_displacement_about_shift_m: poses.mean_about_shift_m(),
             mean_rotation_deg: poses.mean_rotation_rad().map(f64::to_degrees),
+            mssd_average_recall: self.mssd.average_recall(),
             type_accuracy: poses.type_accuracy(),
             types_not_judged: poses.types_open,
             instance_precision: instances.and_then(|i| i.precision()),
@@ -246,6 +252,7 @@ fn score_scene(
         recognised: estimates.len(),
         not_judged: not_judged(&result_file)?.len(),
         poses: metrics::score_poses(&estimates, &truths, catalog, criteria),
+        mssd: score_mssd(&estimates, &truths, catalog, criteria.occlusion_limit),
         threshold_m: summary::fitting_threshold_m(catalog),
         ..Total::default()
     };
@@ -331,7 +338,7 @@ fn labels(
         labelled(&true_at, &true_wide),
         labelled(&at, &wide),
         tolerance_m,
-        Zero::None,
+        [Zero::None; 2],
     )?;
     let hidden_blocks: BTreeSet<u32> = truths
         .iter()

@@ -4,7 +4,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result};
 use anyhow::{Context, anyhow};
-use pipeline::Config;
+use pipeline::{Config, Method};
 use plan::Policy;
 use scene::{MemoryBound, SiteSpec};
 use std::path::{Path, PathBuf};
@@ -12,12 +12,16 @@ use std::path::{Path, PathBuf};
 /// What a caller says beside the site.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Settings {
+    /// Whose values stand where neither site nor file says another; `None`: the file's `method`, or ours.
+    pub method: Option<Method>,
     /// A TOML file whose tables count before the site's.
     pub file: Option<PathBuf>,
     /// Tables that count before the file's, in the same language.
     pub tables: toml::Table,
     /// Where the planner's first poses come from.
     pub policy: Option<Policy>,
+    /// Drops of policy `random` in a window, of which the best stays.
+    pub drops: Option<u32>,
     /// How many plans the range of the count is taken from; 0: no range.
     pub plans: Option<u32>,
     /// Root of all random choices; `None`: the site's.
@@ -62,14 +66,56 @@ impl Settings {
             let _: Config = own.try_into().context("settings").or_bad_input()?;
             lay(&mut tables, self.tables.clone());
         }
-        let mut config: Config = toml::Value::Table(tables).try_into().or_bad_input()?;
+        let said: Config = toml::Value::Table(tables.clone()).try_into().or_bad_input()?;
+        let method = self.method.unwrap_or(said.method);
+        let mut under = toml::Table::try_from(Config::of(method)).or_bad_input()?;
+        lay(&mut under, tables);
+        let mut config: Config = toml::Value::Table(under).try_into().or_bad_input()?;
+        config.method = method;
         if let Some(policy) = self.policy {
             config.plan.policy = policy;
+        }
+        if let Some(drops) = self.drops {
+            if config.plan.policy != Policy::Random || drops == 0 {
+                return Err(Error::bad_input(anyhow!(
+                    "--drops {drops}: give at least 1, with policy `random` (--policy random or --method thesis)"
+                )));
+            }
+            config.plan.random.drops = drops;
         }
         if let Some(plans) = self.plans {
             config.plan.uncertainty.seeds = plans;
         }
         Ok(config)
+    }
+}
+
+/// What of a method does not stand because site, file or flags say otherwise, as `key = value`.
+pub(crate) fn departures(config: &Config) -> Result<Vec<String>> {
+    let tables = |c: &Config| toml::Table::try_from(c).or_bad_input();
+    let (ours, method) = (tables(&Config::default())?, tables(&Config::of(config.method))?);
+    let mut out = Vec::new();
+    differing("", &ours, &method, &tables(config)?, &mut out);
+    Ok(out)
+}
+
+/// Keys in which a method differs from ours, and `config` from the method.
+fn differing(
+    above: &str,
+    ours: &toml::Table,
+    method: &toml::Table,
+    config: &toml::Table,
+    out: &mut Vec<String>,
+) {
+    for (key, value) in method {
+        let name = if above.is_empty() { key.clone() } else { format!("{above}.{key}") };
+        match (ours.get(key), value, config.get(key)) {
+            (Some(toml::Value::Table(o)), toml::Value::Table(m), Some(toml::Value::Table(c))) => {
+                differing(&name, o, m, c, out);
+            }
+            (o, m, Some(c)) if o != Some(m) && m != c => out.push(format!("{name} = {c}")),
+            _ => {}
+        }
     }
 }
 
@@ -144,6 +190,38 @@ mod tests {
         let line = |text: &str| Settings::of_json(text).and_then(|s| s.alone()).unwrap_err().line();
         assert!(line(r#"{"plan": {"speed": 3}}"#).contains("speed"));
         assert!(line("[1]").contains("settings"));
+    }
+
+    #[test]
+    fn a_method_stands_under_what_site_and_file_say() {
+        let thesis = Settings { method: Some(Method::Thesis), ..Settings::default() };
+        let plain = thesis.of_site(&spec("")).unwrap();
+        assert_eq!(plain, Config::of(Method::Thesis));
+        assert_ne!(plain.segment, Config::default().segment);
+        assert!(departures(&plain).unwrap().is_empty());
+        let own = thesis
+            .of_site(&spec(
+                "[plan]\nrounds = 3\npolicy = \"search\"\n[segment]\nsuppression = 0.8\n",
+            ))
+            .unwrap();
+        assert_eq!((own.plan.rounds, own.segment.suppression), (3, 0.8));
+        assert_eq!(own.pose, plain.pose);
+        assert_eq!(departures(&own).unwrap(), ["plan.policy = \"search\""]);
+        // What is recorded repeats it without the word.
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        std::fs::write(&file, toml::to_string(&own).unwrap()).unwrap();
+        let again = Settings { file: Some(file), ..Settings::default() };
+        assert_eq!(again.alone().unwrap(), own);
+    }
+
+    #[test]
+    fn drops_are_of_random_drops() {
+        let many = |policy| Settings { drops: Some(9), policy, ..Settings::default() };
+        assert_eq!(many(Some(Policy::Random)).alone().unwrap().plan.random.drops, 9);
+        assert!(many(None).alone().unwrap_err().line().contains("--drops 9"));
+        let thesis = Settings { method: Some(Method::Thesis), ..many(None) };
+        assert_eq!(thesis.alone().unwrap().plan.random.drops, 9);
     }
 
     #[test]

@@ -4,9 +4,9 @@ use crate::error::OrBadInput;
 use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
 use crate::surveys::{self, Clouds, Joined};
-use crate::{Error, Job, Result, Settings, catalogue};
+use crate::{Error, Job, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::Observer;
+use geom::{Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
@@ -57,6 +57,16 @@ pub struct Site {
     pub(crate) records: Option<OwnRecords>,
 }
 
+/// Warns when what a method's word promises does not stand.
+fn tell_departures(config: &Config, job: &Job) -> Result<()> {
+    let departures = settings::departures(config)?;
+    if !departures.is_empty() {
+        let message = format!("not as the method has it: {}", departures.join(", "));
+        job.event(Event::Warned(Warning { stage: "read", message }));
+    }
+    Ok(())
+}
+
 impl Site {
     /// Reads a site folder with its own settings. Errors: everything that is wrong with its files, by file, key or line.
     pub fn load(folder: &Path, job: &Job) -> Result<Self> {
@@ -67,6 +77,7 @@ impl Site {
     pub fn load_with(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
         let files = io::site::load(folder).or_bad_input()?;
         let config = settings.of_site(&files.spec)?;
+        tell_departures(&config, job)?;
         let memory = settings.memory.or(files.spec.memory);
         bound_memory(memory, &files.survey_files, files.spec.area.is_some(), job)?;
         let mut inputs = BTreeMap::new();
@@ -116,6 +127,7 @@ impl Site {
         job: &Job,
     ) -> Result<Self> {
         let config = settings.alone()?;
+        tell_departures(&config, job)?;
         bound_memory(settings.memory, &clouds.files, clouds.area.is_some(), job)?;
         let (mut inputs, mut input_files) = (BTreeMap::new(), Vec::new());
         for file in clouds.files.iter().map(PathBuf::as_path).chain([catalog]).chain(review) {

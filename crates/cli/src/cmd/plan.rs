@@ -1,5 +1,6 @@
 //! `tsumu plan`: how many blocks to add, where, in which order and attitude.
 
+use crate::cmd::chosen::MethodName;
 use crate::words;
 use clap::Args;
 use scene::MemoryBound;
@@ -22,9 +23,16 @@ pub struct PlanArgs {
     /// A TOML file whose settings count before the site's, or config.toml of a run
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// Whose settings stand where site and file say no others: `thesis` is the thesis' chain (embedding and Algorithm 1; point
+    /// pair features, point-to-point ICP, least fitness; random drops) [default: the file's, or ours]
+    #[arg(long, value_enum)]
+    pub method: Option<MethodName>,
     /// How the first pose of each new block is chosen
     #[arg(long, value_enum)]
     pub policy: Option<PolicyName>,
+    /// Drops of policy `random` in a window, of which the best stays: the thesis' generate-and-test [default: 1]
+    #[arg(long, value_name = "N")]
+    pub drops: Option<u32>,
     /// The site folder, when the run does not lie in it
     #[arg(long, value_name = "SITE_DIR")]
     pub site: Option<PathBuf>,
@@ -71,7 +79,9 @@ impl PlanArgs {
     fn settings(&self) -> Settings {
         Settings {
             file: self.config.clone(),
+            method: self.method.map(MethodName::method),
             policy: self.policy.map(PolicyName::policy),
+            drops: self.drops,
             plans: self.plans,
             seed: self.seed,
             memory: self.memory,

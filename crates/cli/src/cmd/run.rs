@@ -1,5 +1,6 @@
 //! `tsumu run`: all stages for one site.
 
+use crate::cmd::chosen::MethodName;
 use crate::cmd::plan::PolicyName;
 use crate::words;
 use anyhow::anyhow;
@@ -29,9 +30,16 @@ pub struct RunArgs {
     /// A TOML file whose settings count before the site's, or config.toml of a run
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// Whose settings stand where site and file say no others: `thesis` is the thesis' chain (embedding and Algorithm 1; point
+    /// pair features, point-to-point ICP, least fitness; random drops) [default: the file's, or ours]
+    #[arg(long, value_enum)]
+    pub method: Option<MethodName>,
     /// How the first pose of each new block is chosen [default: the site's, or search]
     #[arg(long, value_enum)]
     pub policy: Option<PolicyName>,
+    /// Drops of policy `random` in a window, of which the best stays: the thesis' generate-and-test [default: 1]
+    #[arg(long, value_name = "N")]
+    pub drops: Option<u32>,
     /// Folder or weights file of `tsumu-lab train segment`, or shipped weights by name: `tetrapod`, `any-shape`, `fpcc`
     /// [default: the shipped weights that suit the catalogue]
     #[arg(long, value_name = "MODEL")]
@@ -57,7 +65,9 @@ impl RunArgs {
     fn settings(&self) -> Settings {
         Settings {
             file: self.config.clone(),
+            method: self.method.map(MethodName::method),
             policy: self.policy.map(PolicyName::policy),
+            drops: self.drops,
             plans: self.plans,
             seed: self.seed,
             memory: self.memory,

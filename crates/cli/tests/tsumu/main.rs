@@ -7,6 +7,8 @@ mod compare;
 mod dataset;
 mod help;
 mod killed;
+mod labels;
+mod method;
 mod no_memory;
 mod no_room;
 mod opened;

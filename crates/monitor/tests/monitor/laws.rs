@@ -121,6 +121,50 @@ fn blocks_go_and_come_whatever_their_shape() {
 }
 
 /// A survey that does not reach a block says nothing of it.
+/// A block that only the earlier recognition holds, with a leg of it gone from the later cloud, broke; it did not vanish.
+#[test]
+fn most_of_a_block_still_standing_is_not_missing() {
+    let catalog = tetrapods();
+    let model = catalog.get(ModelId(0));
+    let poses = pile(&catalog, 30, 71);
+    let s1 = survey(&catalog, &poses, poses.len(), 71);
+    let mut s2 = survey(&catalog, &poses, poses.len(), 72);
+    let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, 71) };
+    let mut blocks = seen(&catalog, &poses, 72);
+    blocks.remove(12);
+    // Everything of it to one side of a plane through its centre is gone; the bed behind shows.
+    let centre = poses[12] * model.centre;
+    let of_it = |p: &Vec3| (*p - centre).length() < 1.1 && p.z > 0.1;
+    let cut = |p: &Vec3| of_it(p) && p.x > centre.x;
+    let mut left: Vec<Vec3> = s2.cloud.position_m.iter().copied().filter(|p| !cut(p)).collect();
+    left.extend((0..900).map(|i| {
+        centre.truncate().extend(0.0)
+            + Vec3::new(0.04 * (i % 30) as f32 - 0.2, 0.07 * (i / 30) as f32 - 1.0, 0.0)
+    }));
+    s2.cloud = geom::PointCloud::from_positions(left);
+    let found = run(&a, &Epoch { survey: &s2, blocks }, &catalog);
+    let change = of(&found, 13);
+    assert_eq!(change.class, Class::PossiblyBroken, "{change:?}");
+}
+
+/// A block whose old place is empty while something unrecognised stands beside it may have moved: nobody can call it missing.
+#[test]
+fn what_stands_beside_unrecognised_makes_missing_doubtful() {
+    let catalog = tetrapods();
+    let poses = pile(&catalog, 30, 73);
+    let mut after = poses.clone();
+    after[12] = moved(&catalog, &poses[12], Vec3::new(0.8, 0.4, 0.1), Quat::from_rotation_x(0.9));
+    let s1 = survey(&catalog, &poses, poses.len(), 73);
+    let s2 = survey(&catalog, &after, after.len(), 74);
+    let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, 73) };
+    let mut blocks = explaining(&catalog, &after, &s2, 74);
+    blocks.remove(12);
+    let found = run(&a, &Epoch { survey: &s2, blocks }, &catalog);
+    let change = of(&found, 13);
+    assert_eq!(change.class, Class::Doubtful, "{change:?}");
+    assert!(change.note.contains("may have moved"), "{}", change.note);
+}
+
 #[test]
 fn what_is_not_surveyed_is_hidden_not_missing() {
     let catalog = tetrapods();
@@ -221,4 +265,18 @@ fn a_series_keeps_its_numbers() {
     assert_eq!(series.tracks().len(), 25);
     let back = series.observations().iter().find(|o| o.epoch == 2 && o.track == 8).unwrap();
     assert_eq!(back.block, Some(8));
+}
+
+/// Blocks that say which points they explain.
+fn explaining(catalog: &Catalog, poses: &[Pose], survey: &Survey, seed: u64) -> Vec<SeenBlock> {
+    let mut blocks = seen(catalog, poses, seed);
+    let mesh = &catalog.get(ModelId(0)).mesh;
+    let query = geom::MeshQuery::new(mesh).unwrap();
+    for (block, pose) in blocks.iter_mut().zip(poses) {
+        let back = pose.inverse();
+        let on_it = |p: &Vec3| query.signed_distance_m(back * *p).abs() < 0.05;
+        let all = survey.cloud.position_m.iter().enumerate();
+        block.points = all.filter(|(_, p)| on_it(p)).map(|(i, _)| i as u32).collect();
+    }
+    blocks
 }
