@@ -6,7 +6,6 @@
 use crate::process::{cargo, command, done, done_within, heard, output, works};
 use crate::{citations, root};
 use anyhow::{Context, Result, bail};
-use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -17,10 +16,6 @@ const DENY: &str = "0.20.2";
 const INSTALLING_DENY: Duration = Duration::from_secs(15 * 60);
 /// The readers that are not ours are Python packages of some 100 MB.
 const INSTALLING_READERS: Duration = Duration::from_secs(400);
-/// What the Python package's tests need: some 60 MB.
-const INSTALLING_TEST_TOOLS: Duration = Duration::from_secs(300);
-/// The oldest Python that the wheel is for.
-const OLDEST_PYTHON: &str = "import sys; sys.exit(sys.version_info < (3, 10))";
 
 /// How a step went.
 enum Went {
@@ -58,11 +53,6 @@ const STEPS: &[Step] = &[
     Step { name: "citations", by_hand: "cargo xtask check citations", run: resolve },
     Step { name: "tests", by_hand: "cargo test --release --workspace --locked", run: tests },
     Step { name: "exports", by_hand: "python3 tools/check_exports.py, check_run.py", run: exports },
-    Step {
-        name: "python",
-        by_hand: "tools/pack_wheel.py MODULE OUT, pip install, pytest python/tests",
-        run: python,
-    },
     Step {
         name: "faults",
         by_hand: "python3 tools/faults.py target/release/tsumu OUT --every K --kills N",
@@ -187,79 +177,9 @@ fn counts(line: &str) -> Option<(u64, u64)> {
     Some((before("passed")?, before("failed")?))
 }
 
-/// Passed and failed in the last line of pytest, such as `3 failed, 12 passed, 1 skipped in 1.00s`.
-fn pytest_counts(line: &str) -> Option<(u64, u64)> {
-    let words: Vec<&str> = line.trim_matches(['=', ' ']).split([' ', ',']).collect();
-    if !line.contains(" in ") {
-        return None;
-    }
-    let before = |word: &str| {
-        let at = words.iter().position(|w| *w == word)?;
-        words[..at].iter().rev().find(|w| !w.is_empty())?.parse().ok()
-    };
-    let (passed, failed, broken) = (before("passed"), before("failed"), before("errors"));
-    let any = passed.or(failed).or(broken).is_some();
-    any.then(|| (passed.unwrap_or(0), failed.unwrap_or(0) + broken.unwrap_or(0)))
-}
-
 /// Where builds go.
 pub fn built() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
-}
-
-/// Programs and the Python module, with the features that the tests were built with: nothing heavy is built again.
-fn programs() -> Result<()> {
-    let all = ["--release", "--workspace", "--bins", "--lib", "--example", "exports", "--locked"];
-    done(cargo(&[&["build"], &all[..]].concat()))
-}
-
-/// The Python package: packed as a wheel, installed in a folder of its own, tested against the program of the same build.
-fn python(tests: &mut Tests) -> Result<Went> {
-    if !works(command("python3", ["-c", OLDEST_PYTHON])) {
-        return Ok(Went::Skipped("there is no Python 3.10 or newer".into()));
-    }
-    let work = built().join("xtask-python");
-    if work.exists() {
-        std::fs::remove_dir_all(&work)?;
-    }
-    std::fs::create_dir_all(&work)?;
-    let at = |name: &str| work.join(name).display().to_string();
-    let python = at("venv/bin/python");
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-    let requirements = ["-r", "python/requirements-test.txt"];
-    let installed = works(command("python3", ["-m", "venv", &at("venv")]))
-        && done_within(
-            command(&python, [&install[..], &requirements[..]].concat()),
-            INSTALLING_TEST_TOOLS,
-        )
-        .is_ok();
-    if !installed {
-        return Ok(Went::Skipped(
-            "what python/requirements-test.txt names cannot be installed here".into(),
-        ));
-    }
-    programs()?;
-    let release = built().join("release");
-    let module = format!("{DLL_PREFIX}_tsumu{DLL_SUFFIX}");
-    let module = release.join(module).display().to_string();
-    done(command(&python, ["tools/pack_wheel.py", &module, &at("wheels")]))?;
-    let wheel = std::fs::read_dir(at("wheels"))?.flatten().map(|e| e.path()).next();
-    let Some(wheel) = wheel.map(|w| w.display().to_string()) else { bail!("no wheel was packed") };
-    done(command(&python, [&install[..], &["--no-deps", &wheel]].concat()))?;
-    let program = release.join(format!("tsumu{EXE_SUFFIX}"));
-    let mut pytest = command(&python, ["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
-    pytest.args(["--rootdir", "python", "-c", "python/pyproject.toml", "python/tests"]);
-    pytest.env("TSUMU_PROGRAM", program);
-    let well = heard(pytest, |line| {
-        if let Some((passed, failed)) = pytest_counts(line) {
-            tests.passed += passed;
-            tests.failed += failed;
-        }
-    })?;
-    if !well {
-        bail!("tests of the Python package failed");
-    }
-    Ok(Went::Well)
 }
 
 /// The sample's exports and run folder, opened by readers that are not ours.
@@ -285,7 +205,15 @@ fn exports(_: &mut Tests) -> Result<Went> {
                 .into(),
         ));
     }
-    programs()?;
+    done(cargo(&[
+        "build",
+        "--release",
+        "--workspace",
+        "--bins",
+        "--example",
+        "exports",
+        "--locked",
+    ]))?;
     let program = |name: &str| built().join("release").join(name).display().to_string();
     done(command(&program("examples/exports"), [at("exports")]))?;
     done(command(&python, ["tools/check_exports.py", &at("exports")]))?;
@@ -304,7 +232,7 @@ fn faults(_: &mut Tests) -> Result<Went> {
             "strace, which makes calls of the system fail, is not here".into(),
         ));
     }
-    programs()?;
+    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
     let program = built().join("release/tsumu").display().to_string();
     let trials = built().join("xtask-faults.jsonl");
     if trials.exists() {
@@ -382,14 +310,6 @@ mod tests_of_words {
         assert_eq!(counts("test result: FAILED. 3 passed; 2 failed; 0 ignored"), Some((3, 2)));
         assert_eq!(counts("test a::b ... ok"), None);
         assert_eq!(counts("test result: passed"), None);
-    }
-
-    #[test]
-    fn results_of_pytest_are_counted() {
-        assert_eq!(pytest_counts("12 passed, 1 skipped in 20.31s"), Some((12, 0)));
-        assert_eq!(pytest_counts("== 3 failed, 9 passed, 2 errors in 1.00s =="), Some((9, 5)));
-        assert_eq!(pytest_counts("no tests ran in 0.01s"), None);
-        assert_eq!(pytest_counts("tests/test_work.py ....  [ 40%]"), None);
     }
 
     #[test]
