@@ -35,11 +35,9 @@ pub(crate) fn models_with(
         (None, Some(file)) => io::site::mesh_loader_telling(file, observer)(mesh),
         (None, None) => Err(format!("the mesh `{}` was not given", mesh.display())),
     };
-    let named = |e| match file {
-        Some(file) => anyhow!(e).context(file.display().to_string()),
-        None => anyhow!(e).context("catalog"),
-    };
-    let catalog = blocks::catalog(spec, &load).map_err(|e| Error::bad_input(named(e)))?;
+    let named = file.map_or("catalog".to_string(), |file| file.display().to_string());
+    let catalog = blocks::catalog(spec, &load)
+        .map_err(|e| Error::bad_input(anyhow!(e).context(named)))?;
     for warning in blocks::warnings(&catalog) {
         observer.event(Event::Warned(warning));
     }

@@ -85,6 +85,7 @@ impl PlanArgs {
             plans: self.plans,
             seed: self.seed,
             memory: self.memory,
+            ..Settings::default()
         }
     }
 }

@@ -71,6 +71,7 @@ impl RunArgs {
             plans: self.plans,
             seed: self.seed,
             memory: self.memory,
+            ..Settings::default()
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "init",
     "blocks",
     "check",
