@@ -40,7 +40,10 @@ impl Bin {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let settings = given.settings()?;
-        let options = BinOptions { recognise: RecogniseOptions { weights }, settings };
+        let options = BinOptions {
+            recognise: RecogniseOptions { weights, ..RecogniseOptions::default() },
+            settings,
+        };
         let (orders, taken) = channel();
         let (tell_ready, ready) = channel();
         let kept = catalog.0.clone();

@@ -25,7 +25,7 @@ pub fn run(
 ) -> PyResult<PathBuf> {
     let site = site.0.clone();
     let options = RunOptions {
-        recognise: RecogniseOptions { weights },
+        recognise: RecogniseOptions { weights, ..RecogniseOptions::default() },
         plan: PlanOptions { proposer, ..PlanOptions::default() },
     };
     let done = work(py, asked, move |job| tsumu::run(&site, &folder, &options, job))?;

@@ -112,7 +112,8 @@ impl Site {
         weights: Option<PathBuf>,
         asked: Asked,
     ) -> PyResult<Recognition> {
-        let (site, options) = (self.0.clone(), RecogniseOptions { weights });
+        let (site, options) =
+            (self.0.clone(), RecogniseOptions { weights, ..RecogniseOptions::default() });
         let found = work(py, asked, move |job| site.recognise(&options, job))?;
         Ok(Recognition { site: self.0.clone(), found: Arc::new(found) })
     }
@@ -124,7 +125,8 @@ impl Site {
         weights: Option<PathBuf>,
         asked: Asked,
     ) -> PyResult<Segments> {
-        let (site, options) = (self.0.clone(), RecogniseOptions { weights });
+        let (site, options) =
+            (self.0.clone(), RecogniseOptions { weights, ..RecogniseOptions::default() });
         let (found, origin) = work(py, asked, move |job| site.segmentation(&options, job))?;
         Ok(Segments { site: self.0.clone(), found, weights: origin.line })
     }
@@ -223,7 +225,9 @@ impl Site {
         let names = |site: &tsumu::Site| -> Vec<String> {
             site.catalog.iter().map(|(_, model)| model.name.clone()).collect()
         };
-        if own.cloud.position_m != theirs.cloud.position_m || own.frame.origin != theirs.frame.origin {
+        if own.cloud.position_m != theirs.cloud.position_m
+            || own.frame.origin != theirs.frame.origin
+        {
             return Err(bad_input("recognition: is of another survey than this site's"));
         }
         if names(&self.0) != names(other) {

@@ -8,7 +8,7 @@
 
 import { chromium } from "playwright-core";
 import { spawn } from "node:child_process";
-import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, renameSync, rmSync } from "node:fs";
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -18,6 +18,7 @@ let failed = 0;
 const check = (what, ok, detail = "") => { console.log(`${ok ? "ok    " : "FAILED"} ${what} ${detail}`); if (!ok) failed++; };
 
 const folder = mkdtempSync(join(tmpdir(), "tsumu-open-"));
+writeFileSync(join(folder, "alignment.csv"), "east,north\n41243,-98760\n41257,-98760\n");
 const server = spawn(program, ["--json", "open", folder, "--no-browser"]);
 const address = await new Promise((done, no) => {
   let text = "";
@@ -91,6 +92,11 @@ try {
   await page.evaluate(() => document.getElementById("draw").click());
   for (const key of ["ArrowLeft", "ArrowLeft", "Space", "ArrowRight", "ArrowRight", "ArrowRight", "ArrowRight", "Space", "Enter"]) await page.keyboard.press(key === "Space" ? " " : key);
   check("and so do keys alone", (await area.inputValue()).trim().split("\n").length === 2, JSON.stringify(await area.inputValue()));
+  await label("Alignment from a file").selectOption({ label: "alignment.csv" });
+  await idle();
+  await page.waitForFunction(() => /about [\d,]+ m³/.test(document.querySelector(".strongish").textContent));
+  check("an alignment is imported", await area.isDisabled());
+  await label("Alignment from a file").selectOption("");
   await area.fill("41243, -98760\n41257, -98760");
   for (const [field, value] of [["Crest level, m", "3.4"], ["Crest width, m", "6"], ["Slopes end at, m", "1"]]) await label(field).fill(value);
   check("the space below is estimated at once", /about [\d,]+ m³/.test(await page.textContent(".look")), (await page.textContent(".strongish")));

@@ -27,7 +27,7 @@ fn main() -> ExitCode {
 fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<()> {
     match command {
         Command::Init(args) => cmd::init::init(args, terminal, job),
-        Command::Blocks(args) => cmd::blocks::blocks(args, terminal),
+        Command::Blocks(args) => cmd::blocks::blocks(args, terminal, job),
         Command::Check(args) => cmd::check::check(args, terminal, job),
         Command::Run(args) => cmd::run::run(args, terminal, job),
         Command::Segment(args) => cmd::segment::segment(args, terminal, job),

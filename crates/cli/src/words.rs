@@ -3,8 +3,8 @@
 use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
-    Compared, CountRange, LabelScores, PlannedSummary, Preflight, RecogniseSummary, Recognition,
-    Scores,
+    BlockFit, Compared, CountRange, LabelScores, PlannedSummary, Preflight, RecogniseSummary,
+    Recognition, Repeatability, Scores, Split, SurveyLook,
 };
 
 fn percent(value: Option<f64>) -> String {
@@ -23,8 +23,21 @@ pub fn checked(found: &Preflight, terminal: &Terminal) {
     }
     for s in &found.surveys {
         terminal.say(format!(
-            "{}: {} points, {:.0} on a square metre, heights {:.2} to {:.2} m",
-            s.file, s.points, s.density_per_m2, s.low[2], s.high[2]
+            "{}: {} points, {:.0} on a square metre, heights {:.2} to {:.2} m; {}",
+            s.file,
+            s.points,
+            s.density_per_m2,
+            s.low[2],
+            s.high[2],
+            shares(s)
+        ));
+    }
+    if let Some(s) = &found.surface {
+        terminal.say(format!(
+            "of a part of them: {}; {:.0} % on wide planes, {:.0} % on no surface",
+            s.sentence,
+            100.0 * s.texture.flat_share,
+            100.0 * s.texture.scattered_share
         ));
     }
     let e = &found.expected;
@@ -38,6 +51,55 @@ pub fn checked(found: &Preflight, terminal: &Terminal) {
         1 => "cannot be answered, because:".to_string(),
         n => format!("cannot be answered, because of {n} things:"),
     });
+}
+
+/// What the file's classes say of its points.
+fn shares(look: &SurveyLook) -> String {
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    match (look.ground_share, look.vegetation_share) {
+        (Some(ground), Some(vegetation)) => format!(
+            "by its classes {} ground, {} vegetation, {} water",
+            percent(ground),
+            percent(vegetation),
+            percent(look.water_share)
+        ),
+        _ => "no classes".into(),
+    }
+}
+
+/// Shapes and sizes that fit a survey, and what to write in the catalogue.
+pub fn fitted(found: &[BlockFit], terminal: &Terminal) {
+    let Some(best) = found.first() else { return };
+    terminal.say(format!(
+        "{:<18}{:>17}{:>11}{:>8}  {}",
+        "block", "size m", "explains", "found", "nearest"
+    ));
+    for fit in found {
+        let beside = match (fit.catalogue_m, &fit.nominal, fit.nominal_m) {
+            (Some(catalogue_m), _, _) => format!("the catalogue says {catalogue_m:.3} m"),
+            (None, Some(name), Some(m)) => {
+                format!("{name} of {m:.3} m ({:+.1} %)", 100.0 * (m / fit.size_m - 1.0))
+            }
+            _ => String::new(),
+        };
+        terminal.say(format!(
+            "{:<18}{:>17}{:>11}{:>8}  {beside}",
+            fit.block,
+            format!("{:.3} ± {:.3}", fit.size_m, fit.size_sd_m),
+            format!("{:.0} %", 100.0 * fit.explained),
+            fit.found
+        ));
+    }
+    match best.catalogue_m {
+        None => terminal.say(format!(
+            "best: shape = \"{} {:.2}m\" in catalog.toml; hold it against the drawings",
+            best.block, best.size_m
+        )),
+        Some(catalogue_m) => terminal.say(format!(
+            "best: `{}` fits {:.2} ± {:.2} m; the catalogue says {catalogue_m:.2}",
+            best.block, best.size_m, best.size_sd_m
+        )),
+    }
 }
 
 /// What a review did.
@@ -57,11 +119,47 @@ pub fn recognised(summary: &RecogniseSummary, terminal: &Terminal) {
             summary.types_not_judged
         ));
     }
+    if summary.damaged_blocks > 0 {
+        terminal.say(format!(
+            "{} of them lack a leg: `legs_missing` in blocks.csv",
+            summary.damaged_blocks
+        ));
+    }
     terminal.say(format!(
         "fitting error {}, matching rate {} (within {:.1} mm of a block)",
         millimetres(summary.fitting_error_m, 2),
         percent(summary.matching_rate),
         summary.fitting_threshold_m * 1000.0
+    ));
+    summary.self_check.iter().for_each(|check| self_check(check, terminal));
+}
+
+/// How far both halves of a survey agree.
+fn self_check(check: &Repeatability, terminal: &Terminal) {
+    let by = match check.split {
+        Split::Lines => "every other survey line",
+        Split::Points => "every other point",
+    };
+    let [first, second] = check.stated;
+    terminal.say(format!(
+        "self-check by {by}: {first} and {second} blocks stated, {} by both ({} agree)",
+        check.matched,
+        percent(check.agreement().map(f64::from))
+    ));
+    let degrees = |v: Option<f32>| v.map_or("–".into(), |v| format!("{:.2}°", v.to_degrees()));
+    let apart = |v: Option<f32>| millimetres(v.map(f64::from), 1);
+    terminal.say(format!(
+        "  they lie {} apart in the median, 95 % within {}; turned by {}, 95 % within {}",
+        apart(check.median_displacement_m),
+        apart(check.p95_displacement_m),
+        degrees(check.median_turn_rad),
+        degrees(check.p95_turn_rad)
+    ));
+    let sure = |v: Option<f32>| v.map_or("–".to_string(), |v| format!("{v:.2}"));
+    terminal.say(format!(
+        "  mean confidence {} of those both state, {} of those one states alone",
+        sure(check.confidence_matched),
+        sure(check.confidence_alone)
     ));
 }
 

@@ -79,9 +79,9 @@ fn same(a: &str, b: &str) -> bool {
 /// Lets through what may pass; every answer gets the headers of a page that trusts nobody.
 pub async fn guard(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
     let mut response = match admitted(&app.key, &request) {
-        Ok(true) => app.key.welcome(),
-        Ok(false) => next.run(request).await,
-        Err(refusal) => refusal,
+        Admitted::Opens => app.key.welcome(),
+        Admitted::Asks => next.run(request).await,
+        Admitted::Not(refusal) => refusal,
     };
     let headers = response.headers_mut();
     for (name, value) in [
@@ -99,24 +99,35 @@ pub async fn guard(State(app): State<Arc<App>>, request: Request, next: Next) ->
     response
 }
 
-/// Whether a request opens the page (true) or comes from it.
-fn admitted(key: &Key, request: &Request) -> Result<bool, Response> {
-    let no = |code, message| Refusal::new(StatusCode::FORBIDDEN, code, message).into_response();
+/// What a request may do.
+enum Admitted {
+    /// It holds the token: it opens the page.
+    Opens,
+    /// It comes from the page.
+    Asks,
+    /// Nothing.
+    Not(Response),
+}
+
+fn admitted(key: &Key, request: &Request) -> Admitted {
+    let no = |code, message| {
+        Admitted::Not(Refusal::new(StatusCode::FORBIDDEN, code, message).into_response())
+    };
     let headers = request.headers();
     if !key.names_us(headers) {
-        return Err(no("host", "this host is not served here"));
+        return no("host", "this host is not served here");
     }
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     if let Some(given) = request.uri().path().strip_prefix("/open/").filter(|_| reads) {
-        return if same(given, &key.token) { Ok(true) } else { Err(locked()) };
+        return if same(given, &key.token) { Admitted::Opens } else { Admitted::Not(locked()) };
     }
     if !key.has_cookie(headers) {
-        return Err(locked());
+        return Admitted::Not(locked());
     }
     if !reads && !key.from_the_page(headers) {
-        return Err(no("origin", "only the page itself may change something"));
+        return no("origin", "only the page itself may change something");
     }
-    Ok(false)
+    Admitted::Asks
 }
 
 /// For people who have come by an old address.

@@ -37,6 +37,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/api/jobs/{id}/stop", post(stop))
         .route("/api/jobs/{id}/map", get(map))
         .route("/api/upload/{name}", post(take).layer(DefaultBodyLimit::disable()))
+        .route("/api/may-upload/{name}/{bytes}", get(may_take))
         .route("/download/{*path}", get(download))
         .route("/view/{*path}", get(view))
         .fallback(|| async { Refusal::gone("no such page") })
@@ -185,6 +186,12 @@ async fn map(State(app): Shared, Path(id): Path<u64>) -> Answer<Response> {
     let kind = HeaderValue::from_static("application/json");
     response.headers_mut().insert(header::CONTENT_TYPE, kind);
     Ok(response)
+}
+
+/// Asked before the file is sent: a browser hears no answer while it is sending.
+async fn may_take(State(app): Shared, Path(file): Path<(String, u64)>) -> Answer<Response> {
+    let place = upload::place(&app.root, &file.0, file.1)?;
+    json_of(&json!({ "path": shown(&app.root, &place) }))
 }
 
 async fn take(

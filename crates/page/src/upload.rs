@@ -23,30 +23,34 @@ pub fn free_bytes(folder: &Path) -> Option<u64> {
     fs4::available_space(folder).ok()
 }
 
-/// Stores the body and returns the file's path. Errors: its length is not stated, there is no room, the name is taken or of no
-/// kind that can be used, the body ends early. Nothing stays of a refused upload.
-pub async fn store(root: &Path, name: &str, headers: &HeaderMap, body: Body) -> Answer<PathBuf> {
+/// Where an upload of so many bytes will lie. Errors: there is no room, the name is taken or of no kind that can be used.
+pub fn place(root: &Path, name: &str, bytes: u64) -> Answer<PathBuf> {
     let name = made_plain(name)?;
     if !InputKinds::of(Path::new(&name)).any() {
         return Err(Refusal::bad("kind-of-file", name));
     }
+    room(root, bytes)?;
+    let place = root.join(PLACE).join(&name);
+    if place.exists() { Err(Refusal::conflict("file-there", name)) } else { Ok(place) }
+}
+
+/// Stores the body and returns the file's path. Errors: those of [`place`], its length is not stated, the body ends early. Nothing
+/// stays of a refused upload.
+pub async fn store(root: &Path, name: &str, headers: &HeaderMap, body: Body) -> Answer<PathBuf> {
     let length = headers.get(header::CONTENT_LENGTH).and_then(|h| h.to_str().ok()?.parse().ok());
     let length: u64 = length.ok_or_else(|| {
         Refusal::new(StatusCode::LENGTH_REQUIRED, "length", "the size of the file is not stated")
     })?;
+    let place = place(root, name, length)?;
     let folder = root.join(PLACE);
-    room(root, length)?;
     tokio::fs::create_dir_all(&folder).await.map_err(|e| Refusal::system("make a folder", &e))?;
-    let place = folder.join(&name);
-    if place.exists() {
-        return Err(Refusal::conflict("file-there", name));
-    }
     let part = tempfile::Builder::new()
         .prefix(".tsumu-upload-")
         .tempfile_in(&folder)
         .map_err(|e| Refusal::system("write the upload", &e))?;
     fill(part.as_file(), root, length, body).await?;
-    part.persist_noclobber(&place).map_err(|_| Refusal::conflict("file-there", name))?;
+    part.persist_noclobber(&place)
+        .map_err(|_| Refusal::conflict("file-there", name.to_string()))?;
     Ok(place)
 }
 

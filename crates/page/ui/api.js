@@ -40,7 +40,12 @@ export const postText = (path, text) => ask(path, { method: "POST", headers: { "
 export const path = place => place.split("/").map(encodeURIComponent).join("/");
 
 // A file to the folder, straight from the disk; `told` hears the share that has gone. `cancel.now()` breaks it off.
-export function upload(file, told, cancel) {
+export async function upload(file, told, cancel) {
+  await get(`/api/may-upload/${encodeURIComponent(file.name)}/${file.size}`);
+  return send(file, told, cancel);
+}
+
+function send(file, told, cancel) {
   return new Promise((done, failed) => {
     const request = new XMLHttpRequest();
     cancel.now = () => request.abort();

@@ -3,11 +3,14 @@
 //! In: a survey, a catalogue, a design surface. Out: recognised blocks and a plan. No algorithm lives here;
 //! each line is a stage's verb.
 
+mod cells;
 mod error;
 mod method;
 mod recogniser;
+pub mod sizes;
 pub mod survey;
 
+pub use cells::as_points;
 pub use error::PipelineError;
 pub use method::Method;
 pub use pose::{PileVerdict, Templates};

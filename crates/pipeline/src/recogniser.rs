@@ -3,12 +3,14 @@
 //! In: a survey. Out: which point belongs to which block, and the blocks. The bin goes, points are segmented, segments
 //! become blocks; indices and labels that leave this room are those of the whole survey.
 
+use crate::cells::Cells;
 use crate::{Config, PipelineError, survey};
 use geom::{Observer, SeedTree, Silent};
-use pose::Templates;
-use scene::{Catalog, Recognised, Segmentation, Survey};
+use pose::{Limb, LimbState, Templates};
+use scene::{Catalog, InstanceId, Legs, Recognised, Segmentation, Survey, Verdict};
 use segment::{Foreground, SegmentModel};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// What recognition works with, the same for all its parts.
 #[derive(Clone, Copy)]
@@ -36,6 +38,22 @@ pub struct Recognition {
     pub pile: pose::PileVerdict,
 }
 
+/// What was seen of the legs joins what is stated of their blocks.
+fn note_legs(blocks: &mut [Recognised], limbs: &[(InstanceId, Vec<Limb>)]) {
+    let limbs: BTreeMap<InstanceId, &Vec<Limb>> = limbs.iter().map(|(b, l)| (*b, l)).collect();
+    for block in blocks {
+        let Some(own) = limbs.get(&block.block) else { continue };
+        let count = |state| own.iter().filter(|l| l.state == state).count().min(255) as u8;
+        if let Verdict::Stated(fit) = &mut block.verdict {
+            fit.legs = Some(Legs {
+                seen: count(LimbState::Seen),
+                hidden: count(LimbState::Hidden),
+                missing: count(LimbState::Missing),
+            });
+        }
+    }
+}
+
 impl Recogniser<'_> {
     /// From a survey to blocks.
     pub fn recognise(&self, survey: &Survey) -> Result<Recognition, PipelineError> {
@@ -45,7 +63,8 @@ impl Recogniser<'_> {
     /// The first half of [`recognise`](Self::recognise), apart so that a long job can be kept after it: instances of the
     /// part of the survey that can hold blocks; labels and indices are those of that part.
     pub fn foreground_segments(&self, survey: &Survey) -> Result<Segmentation, PipelineError> {
-        Ok(self.segmented(survey)?.1)
+        self.check(survey)?;
+        Ok(self.segmented(Cells::of(survey).survey())?.1)
     }
 
     /// The second half: segments become blocks. `segments` are those of [`foreground_segments`](Self::foreground_segments)
@@ -55,45 +74,53 @@ impl Recogniser<'_> {
         survey: &Survey,
         segments: Segmentation,
     ) -> Result<Recognition, PipelineError> {
-        let ready = Templates::new(self.catalog, &self.config.pose)?;
-        self.judged(self.foreground(survey, &Silent), segments, &ready)
+        self.blocks_with(survey, segments, None)
     }
 
-    /// [`recognise`](Self::recognise) with block types that are ready, for surveys that come one after the other.
-    pub fn recognise_with(
+    /// The same with block types that are ready, for surveys that come one after the other; a survey that asks for settings of
+    /// its own makes its own.
+    pub fn blocks_with(
         &self,
         survey: &Survey,
-        ready: &Templates,
-    ) -> Result<Recognition, PipelineError> {
-        let (foreground, segments) = self.segmented(survey)?;
-        self.judged(foreground, segments, ready)
-    }
-
-    fn judged(
-        &self,
-        foreground: Foreground,
         segments: Segmentation,
-        ready: &Templates,
+        ready: Option<&Templates>,
     ) -> Result<Recognition, PipelineError> {
-        let found = pose::recognise_with(&foreground.survey, &segments, ready, self.observer)?;
+        let cells = Cells::of(survey);
+        let foreground = self.foreground(cells.survey(), &Silent);
+        let config = cells.settings(self.catalog, self.config).pose;
+        let (own, observer) = (&foreground.survey, self.observer);
+        let found = match ready.filter(|ready| ready.are_of(&config)) {
+            Some(ready) => pose::recognise_with(own, &segments, ready, observer)?,
+            None => pose::recognise_pile(own, &segments, self.catalog, &config, observer)?,
+        };
         let mut blocks: Vec<Recognised> = found.blocks.into_iter().map(|b| b.0).collect();
-        blocks.iter_mut().for_each(|b| foreground.whole_points(&mut b.points));
-        let segmentation = foreground.whole_segmentation(segments);
+        note_legs(&mut blocks, &found.limbs);
+        for block in &mut blocks {
+            foreground.whole_points(&mut block.points);
+            cells.whole_points(&mut block.points);
+        }
+        let segmentation = cells.whole_segmentation(foreground.whole_segmentation(segments));
         Ok(Recognition { segmentation, blocks, pile: found.pile })
     }
 
     /// The first room alone: which point belongs to which block.
     pub fn segments(&self, survey: &Survey) -> Result<Segmentation, PipelineError> {
-        let (foreground, segments) = self.segmented(survey)?;
-        Ok(foreground.whole_segmentation(segments))
+        self.check(survey)?;
+        let cells = Cells::of(survey);
+        let (foreground, segments) = self.segmented(cells.survey())?;
+        Ok(cells.whole_segmentation(foreground.whole_segmentation(segments)))
+    }
+
+    /// Whether blocks can be told in this survey at all.
+    fn check(&self, survey: &Survey) -> Result<(), PipelineError> {
+        survey::check_scale(survey, self.catalog)?;
+        survey::check_facts(survey, self.catalog, self.observer)
     }
 
     fn segmented<'s>(
         &self,
         survey: &'s Survey,
     ) -> Result<(Foreground<'s>, Segmentation), PipelineError> {
-        survey::check_scale(survey, self.catalog)?;
-        survey::check_facts(survey, self.catalog, self.observer)?;
         let foreground = self.foreground(survey, self.observer);
         let (cloud, seed) = (&foreground.survey.cloud, self.seed.child("segment", 0));
         let segments = segment::segment(

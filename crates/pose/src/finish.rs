@@ -168,6 +168,7 @@ pub fn statement(
         runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
         occlusion: Some(1.0 - visible_share(template, &block.at, measured)),
         covariance,
+        legs: None,
     };
     let verdict = Verdict::NotJudged(Guess::Fit(fit));
     (Recognised { block: InstanceId(0), points, verdict }, features)

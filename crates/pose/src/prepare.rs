@@ -34,6 +34,11 @@ impl<'a> Templates<'a> {
         config.check()?;
         Ok(Self { catalog, config: config.clone(), all: templates(catalog, config, seed())? })
     }
+
+    /// Whether they were made with these settings.
+    pub fn are_of(&self, config: &PoseConfig) -> bool {
+        self.config == *config
+    }
 }
 
 /// Chance has no say in what is found: the same draws whatever the user's seed.

@@ -56,6 +56,8 @@ struct Found {
     judged: bool,
     #[serde(rename = "typeJudged")]
     type_judged: bool,
+    /// Legs seen, hidden and looked through.
+    legs: Option<[u8; 3]>,
     second: Option<u16>,
     #[serde(rename = "secondFit_m")]
     second_fit_m: Option<f32>,
@@ -222,6 +224,7 @@ fn found(input: &ReportInput) -> Vec<Found> {
         occlusion: fit.occlusion,
         judged: r.is_stated(),
         type_judged: fit.type_judged,
+        legs: fit.legs.map(|l| [l.seen, l.hidden, l.missing]),
         second: fit.runner_up.map(|(m, _)| m.0),
         second_fit_m: fit.runner_up.map(|(_, fit)| fit),
     };

@@ -64,6 +64,7 @@ impl Site {
             ground,
             review: None,
             memory: settings.memory,
+            entry_sizes_m: Vec::new(),
             seed: settings.seed.unwrap_or_default(),
             inputs: BTreeMap::new(),
             input_files: Vec::new(),

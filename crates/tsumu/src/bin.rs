@@ -122,7 +122,8 @@ impl<'a> Bin<'a> {
             observer: job,
         };
         job.install(|| {
-            let found: Recognition = recogniser.recognise_with(survey, &self.ready)?;
+            let segments = recogniser.foreground_segments(survey)?;
+            let found: Recognition = recogniser.blocks_with(survey, segments, Some(&self.ready))?;
             let grasps = self.grasps(&found.blocks, survey);
             Ok(BinLook { frame: survey.frame.clone(), grasps, blocks: found.blocks })
         })

@@ -1,10 +1,11 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
+use crate::block_size::entry_sizes_m;
 use crate::error::OrBadInput;
 use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
 use crate::surveys::{self, Clouds, Joined};
-use crate::{Error, Job, Result, Settings, catalogue, settings};
+use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
 use geom::{Event, Observer, Warning};
 use io::crs::FileCrs;
@@ -53,6 +54,8 @@ pub struct Site {
     pub inputs: BTreeMap<String, Entry>,
     /// Where those files lie.
     pub(crate) input_files: Vec<PathBuf>,
+    /// The measure that each entry of the catalogue states, metres: a shape's `size`, a mesh's longest edge.
+    pub(crate) entry_sizes_m: Vec<f32>,
     /// The points' places in their file, where one file with records is the whole survey.
     pub(crate) records: Option<OwnRecords>,
 }
@@ -94,7 +97,9 @@ impl Site {
         }
         let review = io::review::read(&review_file).or_bad_input()?;
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
-        let Joined { survey, mut references, records } = surveys::of_site(&files, job)?;
+        let entry_sizes_m = entry_sizes_m(&files.catalog, &catalog);
+        let Joined { survey, mut references, steps_m, records } = surveys::of_site(&files, job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
         let ground = ground(&files, &survey);
@@ -112,6 +117,7 @@ impl Site {
             ground,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
@@ -135,8 +141,11 @@ impl Site {
             inputs.insert(portable(name), entry(file).or_bad_input()?);
             input_files.push(file.to_path_buf());
         }
-        let catalog = catalogue::read(catalog, job)?;
-        let Joined { survey, records, .. } = clouds.survey(job)?;
+        let spec = io::site::load_catalog(catalog).or_bad_input()?;
+        let catalog = catalogue::models(&spec, catalog, job)?;
+        let entry_sizes_m = entry_sizes_m(&spec, &catalog);
+        let Joined { survey, steps_m, records, .. } = clouds.survey(job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let site = Self {
             name: String::new(),
             survey_date: String::new(),
@@ -151,6 +160,7 @@ impl Site {
             memory: settings.memory,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
@@ -229,6 +239,29 @@ impl Site {
                 Err(Error::bad_input(anyhow!("{}: {objection}", file.display())))
             }
         }
+    }
+
+    /// `fits 2.79 ± 0.01 m; the catalogue says 2.00`, or, with several types, the same as a share; `None`: too few blocks tell.
+    pub fn size_sentence(&self, found: &Recognition) -> Option<String> {
+        let size = found.pile.size?;
+        let over = format!("over {} blocks", size.blocks);
+        let mut found = scene::stated(&found.blocks).map(|(_, fit)| fit.model);
+        let first = found.next().or_else(|| self.catalog.iter().next().map(|(id, _)| id))?;
+        let alone = found.all(|model| model == first) && self.catalog.len() == 1;
+        let entry_m = self.entry_sizes_m.get(usize::from(first.0)).filter(|_| alone);
+        Some(match entry_m {
+            Some(entry_m) => format!(
+                "`{}` fits {:.2} ± {:.2} m {over}; the catalogue says {entry_m:.2}",
+                self.catalog.get(first).name,
+                entry_m * size.factor,
+                entry_m * size.factor_sd
+            ),
+            None => format!(
+                "the blocks fit {:.1} ± {:.1} % of the catalogue's sizes {over}",
+                100.0 * size.factor,
+                100.0 * size.factor_sd
+            ),
+        })
     }
 
     /// Where a run of this site is kept unless another folder is named.

@@ -1,6 +1,7 @@
 //! The figures of a run as `summary.json` has them: made once, read by words, pages and other programs.
 
 use crate::recognition::Recognition;
+use metrics::Repeatability;
 use pipeline::PileVerdict;
 use plan::{ThresholdRange, Uncertainty};
 use scene::{Catalog, PlanSummary, Survey};
@@ -22,6 +23,9 @@ pub struct RecogniseSummary {
     pub recognised_by_type: BTreeMap<String, usize>,
     /// Stated blocks whose type is left open.
     pub types_not_judged: usize,
+    /// Stated blocks of which a sensor looked through a leg.
+    #[serde(default)]
+    pub damaged_blocks: usize,
     /// Blocks too little is seen of.
     pub not_judged_blocks: usize,
     /// How near a block a point must be to match it, metres.
@@ -38,6 +42,9 @@ pub struct RecogniseSummary {
     /// them, places that are no block, from where the survey was taken to be measured.
     #[serde(default)]
     pub pile: PileVerdict,
+    /// How far both halves of the survey agree, where `--self-check` asked for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub self_check: Option<Repeatability>,
 }
 
 impl RecogniseSummary {
@@ -63,6 +70,9 @@ impl RecogniseSummary {
                 .map(|(id, m)| (m.name.clone(), of_type(id)))
                 .collect(),
             types_not_judged: stated().filter(|(_, fit)| !fit.type_judged).count(),
+            damaged_blocks: stated()
+                .filter(|(_, fit)| fit.legs.is_some_and(|l| l.missing > 0))
+                .count(),
             not_judged_blocks: recognition.blocks.len() - placed.len(),
             fitting_threshold_m: (f64::from(threshold_m) * 1e6).round() / 1e6,
             fitting_error_m: all.error_m,
@@ -70,6 +80,7 @@ impl RecogniseSummary {
             explained_points: on_blocks.len(),
             fitting_error_of_explained_points_m: own.error_m,
             pile: recognition.pile.clone(),
+            self_check: recognition.self_check.clone(),
         }
     }
 }

@@ -70,7 +70,9 @@ impl<'a> WholeRun<'a> {
     /// The blocks, written.
     pub fn recognise(&self) -> Result<Recognition> {
         let job = self.parts.job();
-        let found = job.install(|| self.site.recognise_in_parts(&self.weights, &self.parts))?;
+        let found = job.install(|| {
+            self.site.recognise_in_parts(&self.weights, &self.options.recognise, &self.parts)
+        })?;
         self.new_run()?.keep(&found)?;
         job.done("write recognise");
         Ok(found)

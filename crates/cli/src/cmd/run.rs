@@ -59,6 +59,9 @@ pub struct RunArgs {
     /// Plan also where no block was recognised: on the surveyed ground
     #[arg(long)]
     pub bare_ground: bool,
+    /// Also recognise both halves of the surveys and tell how far they agree: repeatability without truth
+    #[arg(long)]
+    pub self_check: bool,
 }
 
 impl RunArgs {
@@ -77,7 +80,10 @@ impl RunArgs {
 
     fn options(&self) -> RunOptions {
         RunOptions {
-            recognise: RecogniseOptions { weights: self.model.clone() },
+            recognise: RecogniseOptions {
+                weights: self.model.clone(),
+                self_check: self.self_check,
+            },
             plan: PlanOptions { proposer: self.placement_model.clone(), previous: None },
         }
     }
@@ -94,6 +100,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);
     words::recognised(&recognised, terminal);
+    site.size_sentence(&recognition).iter().for_each(|line| terminal.say(line));
     let nothing = recognised.recognised_blocks == 0 && !args.bare_ground;
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());

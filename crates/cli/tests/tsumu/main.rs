@@ -3,6 +3,7 @@
 mod api;
 mod architecture;
 mod bad_input;
+mod before;
 mod compare;
 mod dataset;
 mod help;

@@ -3,4 +3,5 @@
 mod asked;
 mod guarded;
 mod uploads;
+mod words;
 mod works;

@@ -42,6 +42,10 @@ fn what_does_not_fit_is_refused_before_it_is_written() {
         let answer = upload(&page, "a.laz", stated, b"0\r\n\r\n");
         assert_eq!(answer.error(), code, "{stated}");
     }
+    let asked = |path: &str| page.get(&format!("/api/may-upload/{path}"));
+    assert_eq!(asked("a.laz/60000000000000").error(), "no-room");
+    assert_eq!(asked("a.exe/1").error(), "kind-of-file");
+    assert_eq!(asked("a.laz/1").json()["path"], "files/a.laz");
     assert_eq!(upload(&page, "a.exe", "\r\nContent-Length: 1", b"1").error(), "kind-of-file");
     assert!(left(&page).is_empty());
 }
