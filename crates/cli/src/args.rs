@@ -30,6 +30,8 @@ pub enum Command {
     Check(cmd::check::CheckArgs),
     /// Everything for one site: segment, recognise, plan, report
     Run(cmd::run::RunArgs),
+    /// Cut a large site into tiles, work on them one at a time, merge them into a run
+    Tiles(cmd::tiles::TilesArgs),
     /// Label every point of a cloud with the block it belongs to
     Segment(cmd::segment::SegmentArgs),
     /// Find pose and type of every block in a cloud

@@ -30,6 +30,7 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::Blocks(args) => cmd::blocks::blocks(args, terminal, job),
         Command::Check(args) => cmd::check::check(args, terminal, job),
         Command::Run(args) => cmd::run::run(args, terminal, job),
+        Command::Tiles(args) => cmd::tiles::tiles(args, terminal, job),
         Command::Segment(args) => cmd::segment::segment(args, terminal, job),
         Command::Recognise(args) => cmd::recognise::recognise(args, terminal, job),
         Command::Plan(args) => cmd::plan::plan(args, terminal, job),

@@ -13,8 +13,8 @@ pub mod survey;
 pub use cells::as_points;
 pub use error::PipelineError;
 pub use method::Method;
-pub use pose::{PileVerdict, Templates};
-pub use recogniser::{Recogniser, Recognition};
+pub use pose::{LineShifts, Part, PileFacts, PileVerdict, Templates};
+pub use recogniser::{PartRecognition, Recogniser, Recognition};
 
 use geom::{Observer, SeedTree, Vec3};
 use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty};

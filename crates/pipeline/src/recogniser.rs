@@ -5,7 +5,7 @@
 
 use crate::cells::Cells;
 use crate::{Config, PipelineError, survey};
-use geom::{Observer, SeedTree, Silent};
+use geom::{Observer, PointCloud, SeedTree, Silent};
 use pose::{Limb, LimbState, Templates};
 use scene::{Catalog, InstanceId, Legs, Recognised, Segmentation, Survey, Verdict};
 use segment::{Foreground, SegmentModel};
@@ -38,6 +38,21 @@ pub struct Recognition {
     pub pile: pose::PileVerdict,
 }
 
+/// What recognition of a part of a survey leaves. Indices and labels are those of the part.
+#[derive(Clone, Debug)]
+pub struct PartRecognition {
+    /// Instances and centre hypotheses.
+    pub segmentation: Segmentation,
+    /// Blocks, accepted and not judged, also those beyond what the part owns.
+    pub blocks: Vec<Recognised>,
+    /// What is said of what the part owns.
+    pub pile: pose::PileVerdict,
+    /// Points that stand above the bed there, of which the blocks explain a share.
+    pub standing: usize,
+    /// Facts of the whole: as given, or as this part shows them.
+    pub facts: pose::PileFacts,
+}
+
 /// What was seen of the legs joins what is stated of their blocks.
 fn note_legs(blocks: &mut [Recognised], limbs: &[(InstanceId, Vec<Limb>)]) {
     let limbs: BTreeMap<InstanceId, &Vec<Limb>> = limbs.iter().map(|(b, l)| (*b, l)).collect();
@@ -55,6 +70,38 @@ fn note_legs(blocks: &mut [Recognised], limbs: &[(InstanceId, Vec<Limb>)]) {
 }
 
 impl Recogniser<'_> {
+    /// A part of a larger survey, with facts of the whole; without them it stands for the whole, and tells them. Nothing is said of
+    /// what a part alone cannot know: whether the survey suits the blocks. A bin is never a part.
+    pub fn recognise_part(
+        &self,
+        survey: &Survey,
+        part: Option<&pose::Part>,
+    ) -> Result<PartRecognition, PipelineError> {
+        let cells = Cells::of(survey);
+        let segmentation = self.segment_cloud(&cells.survey().cloud)?;
+        let (given, catalog, heard) = (cells.survey(), self.catalog, self.observer);
+        let found = match part {
+            Some(part) => {
+                let config = &self.config.pose;
+                pose::recognise_part(given, &segmentation, catalog, config, part, heard)?
+            }
+            None => {
+                let config = cells.settings(catalog, self.config).pose;
+                pose::recognise_pile(given, &segmentation, catalog, &config, heard)?
+            }
+        };
+        let mut blocks: Vec<Recognised> = found.blocks.into_iter().map(|b| b.0).collect();
+        note_legs(&mut blocks, &found.limbs);
+        blocks.iter_mut().for_each(|block| cells.whole_points(&mut block.points));
+        Ok(PartRecognition {
+            segmentation: cells.whole_segmentation(segmentation),
+            blocks,
+            pile: found.pile,
+            standing: found.standing,
+            facts: found.facts,
+        })
+    }
+
     /// From a survey to blocks.
     pub fn recognise(&self, survey: &Survey) -> Result<Recognition, PipelineError> {
         self.blocks(survey, self.foreground_segments(survey)?)
@@ -122,16 +169,13 @@ impl Recogniser<'_> {
         survey: &'s Survey,
     ) -> Result<(Foreground<'s>, Segmentation), PipelineError> {
         let foreground = self.foreground(survey, self.observer);
-        let (cloud, seed) = (&foreground.survey.cloud, self.seed.child("segment", 0));
-        let segments = segment::segment(
-            cloud,
-            self.catalog,
-            self.model,
-            &self.config.segment,
-            seed,
-            self.observer,
-        )?;
+        let segments = self.segment_cloud(&foreground.survey.cloud)?;
         Ok((foreground, segments))
+    }
+
+    fn segment_cloud(&self, cloud: &PointCloud) -> Result<Segmentation, PipelineError> {
+        let (seed, config) = (self.seed.child("segment", 0), &self.config.segment);
+        Ok(segment::segment(cloud, self.catalog, self.model, config, seed, self.observer)?)
     }
 
     /// The part of a survey that can hold blocks.

@@ -29,5 +29,7 @@ fn code(error: &Error) -> u8 {
     match error.kind() {
         Kind::BadInput => 2,
         Kind::Failed | Kind::Stopped => 1,
+        // EX_TEMPFAIL of sysexits.h: what schedulers take for "try again".
+        Kind::TryAgain => 75,
     }
 }

@@ -52,7 +52,7 @@ impl Site {
         if let Some(design) = &design {
             design.check().or_bad_input()?;
         }
-        let ground = ground.map(|g| ground_of(&g, &survey));
+        let ground = ground.map(|g| ground_of(&g, &survey.frame));
         let site = Self {
             name,
             folder: None,

@@ -49,6 +49,7 @@ mod stored;
 mod summary;
 mod surveys;
 mod synthetic_site;
+mod tiles;
 pub mod version;
 mod weights;
 mod whole_run;
@@ -88,6 +89,9 @@ pub use summary::{CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummar
 pub use surveys::Clouds;
 pub use synthetic_site::{
     Georeference, SyntheticSite, make_next_epoch, make_scene, make_site, read_then,
+};
+pub use tiles::{
+    Tile, TileDone, TileOptions, TilePlan, TileRequest, TileStatus, TiledSite, merge_tiles,
 };
 pub use weights::{WeightsOrigin, load as load_weights};
 pub use whole_run::{RunOptions, WholeRun, run};

@@ -12,7 +12,7 @@ use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, MemoryBound, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, MemoryBound, Review, SiteFrame, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -102,7 +102,7 @@ impl Site {
         surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
-        let ground = ground(&files, &survey);
+        let ground = ground(&files, &survey.frame);
         let site = Self {
             name: files.spec.name.clone(),
             survey_date: files.spec.survey_date.clone(),
@@ -336,6 +336,6 @@ fn design(
 }
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.
-fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
-    site.spec.ground.as_ref().map(|ground| surveys::ground_of(ground, survey))
+pub(crate) fn ground(site: &io::site::Site, frame: &SiteFrame) -> Option<Ground> {
+    site.spec.ground.as_ref().map(|ground| surveys::ground_of(ground, frame))
 }

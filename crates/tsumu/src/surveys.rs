@@ -9,7 +9,9 @@ use geom::{DVec3, Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::read_options::{Reason, describe};
 use io::{IoError, RawCloud, ReadOptions};
-use scene::{Area, AxisOrder, Catalog, Ground, GroundSpec, SensorKind, Severity, Survey};
+use scene::{
+    Area, AxisOrder, Catalog, Ground, GroundSpec, SensorKind, Severity, SiteFrame, Survey,
+};
 use std::path::{Path, PathBuf};
 
 /// How clouds without a site were measured.
@@ -206,18 +208,16 @@ fn part(
     Ok(cloud)
 }
 
-/// A bed that is stated in site coordinates, in the survey's frame.
-pub(crate) fn ground_of(ground: &GroundSpec, survey: &Survey) -> Ground {
+/// A bed that is stated in site coordinates, in a local frame.
+pub(crate) fn ground_of(ground: &GroundSpec, frame: &SiteFrame) -> Ground {
     match ground {
-        GroundSpec::Level { level_m } => {
-            Ground::Level { z_m: (level_m - survey.frame.origin[2]) as f32 }
-        }
+        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - frame.origin[2]) as f32 },
         GroundSpec::Plane(plane) => {
             let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
             let normal =
                 DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
             let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
-            Ground::Plane { point: survey.frame.local_from_site(point), normal }
+            Ground::Plane { point: frame.local_from_site(point), normal }
         }
     }
 }

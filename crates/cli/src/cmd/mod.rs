@@ -18,4 +18,5 @@ pub mod segment;
 pub mod serve_bin;
 pub mod sign;
 pub mod synth;
+pub mod tiles;
 pub mod verify;

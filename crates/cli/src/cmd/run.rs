@@ -96,12 +96,17 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let site = Site::load_with(&args.site, &args.settings(), job)?;
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
     let whole = WholeRun::begin(&site, &out, &options, job)?;
+    through(&site, whole, args.bare_ground, terminal)
+}
+
+/// The steps of a run that was begun, and what is said of each.
+pub fn through(site: &Site, whole: WholeRun, bare_ground: bool, terminal: &Terminal) -> Result<()> {
     let recognition = whole.recognise()?;
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);
     words::recognised(&recognised, terminal);
     site.size_sentence(&recognition).iter().for_each(|line| terminal.say(line));
-    let nothing = recognised.recognised_blocks == 0 && !args.bare_ground;
+    let nothing = recognised.recognised_blocks == 0 && !bare_ground;
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());
     match &summary {

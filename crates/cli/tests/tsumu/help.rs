@@ -7,6 +7,7 @@ const COMMANDS: [&str; 17] = [
     "blocks",
     "check",
     "run",
+    "tiles",
     "segment",
     "recognise",
     "plan",

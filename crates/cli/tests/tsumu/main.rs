@@ -15,5 +15,6 @@ mod no_room;
 mod opened;
 mod reviewed;
 mod site;
+mod tiles;
 mod tiny_site;
 mod verify;
