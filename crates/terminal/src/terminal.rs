@@ -203,7 +203,20 @@ fn bar(stage: &'static str, total: u64) -> ProgressBar {
     bar
 }
 
+/// What kept a line from standard output.
+static LOST: Mutex<Option<String>> = Mutex::new(None);
+
 /// A reader that has gone away (`| head`) is no error.
 fn print_line(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    if let Err(error) = writeln!(std::io::stdout(), "{line}")
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+        && let Ok(mut lost) = LOST.lock()
+    {
+        lost.get_or_insert(error.to_string());
+    }
+}
+
+/// Why lines are missing from standard output; `None`: none are.
+pub(crate) fn lost_lines() -> Option<String> {
+    LOST.lock().ok().and_then(|mut lost| lost.take())
 }

@@ -172,6 +172,8 @@ impl Run {
     pub fn create<'a>(folder: &Path, site: &'a Site) -> Result<NewRun<'a>> {
         let mut new = Self::prepare(folder, site)?;
         new._lock = Some(FolderLock::take(folder)?);
+        // What lies there is known for certain once nobody else writes there.
+        new.written = Written::begin(folder);
         Ok(new)
     }
 
