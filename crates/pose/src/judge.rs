@@ -48,7 +48,7 @@ impl Prepared<'_> {
 
     fn stated(&self, found: &Found, owns: &dyn Fn(Vec3) -> bool) -> Outcome {
         let config = &self.config.evidence;
-        let (templates, measured) = (self.templates, &self.measured);
+        let (templates, measured) = (&self.templates[..], &self.measured);
         let pool: Vec<Candidate> = found.candidates.iter().map(|c| c.1.clone()).collect();
         let (survey, bed) = (self.survey(), found.bed.as_ref());
         let context = Context::new(
