@@ -63,6 +63,8 @@ impl Site {
             config: settings.alone()?.with_ground(ground.as_ref()),
             ground,
             review: None,
+            ratings: None,
+            learned: None,
             memory: settings.memory,
             entry_sizes_m: Vec::new(),
             seed: settings.seed.unwrap_or_default(),

@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 20] = [
     "init",
     "blocks",
     "check",
@@ -11,6 +11,8 @@ const COMMANDS: [&str; 18] = [
     "segment",
     "recognise",
     "plan",
+    "next",
+    "what-if",
     "report",
     "compare",
     "evaluate",
