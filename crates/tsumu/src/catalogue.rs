@@ -36,8 +36,8 @@ pub(crate) fn models_with(
         (None, None) => Err(format!("the mesh `{}` was not given", mesh.display())),
     };
     let named = file.map_or("catalog".to_string(), |file| file.display().to_string());
-    let catalog = blocks::catalog(spec, &load)
-        .map_err(|e| Error::bad_input(anyhow!(e).context(named)))?;
+    let catalog =
+        blocks::catalog(spec, &load).map_err(|e| Error::bad_input(anyhow!(e).context(named)))?;
     for warning in blocks::warnings(&catalog) {
         observer.event(Event::Warned(warning));
     }
