@@ -9,6 +9,7 @@ pub fn raised(error: &Error) -> PyErr {
         Kind::BadInput => "BadInput",
         Kind::Failed => "Failed",
         Kind::Stopped => "Stopped",
+        Kind::TryAgain => "TryAgain",
     };
     of_class(class, &error.lines().join("\n"))
 }

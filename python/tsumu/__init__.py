@@ -19,7 +19,7 @@ from . import _tsumu
 from .arrays import points as _checked, xyz as _xyz
 from .bins import Bin, BinLook, Grasp
 from .catalog import BlockType, Catalog
-from .errors import BadInput, Failed, Stopped, TsumuError, TsumuWarning
+from .errors import BadInput, Failed, Stopped, TryAgain, TsumuError, TsumuWarning
 from .planning import Plan
 from .progress import Progress
 from .recognition import Block, Recognition, Segments
@@ -31,7 +31,7 @@ __version__: str = _tsumu.version()
 
 __all__ = [
     "BadInput", "Bin", "BinLook", "Block", "BlockType", "Catalog", "Comparison", "Failed", "Grasp", "Plan", "Progress", "Recognition", "Run", "Segments",
-    "Site", "Stopped", "SyntheticScene", "TsumuError", "TsumuWarning", "compare", "evaluate", "pdal_filter", "plan", "points_of",
+    "Site", "Stopped", "SyntheticScene", "TryAgain", "TsumuError", "TsumuWarning", "compare", "evaluate", "pdal_filter", "plan", "points_of",
     "recognise", "run", "section", "segment", "synth", "synth_dataset",
 ]  # fmt: skip
 

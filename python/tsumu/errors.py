@@ -17,6 +17,10 @@ class Failed(TsumuError, RuntimeError):
     """The work failed for another reason: disk, rights, no result."""
 
 
+class TryAgain(Failed):
+    """The same call may succeed later: a file that is still being written, a store that did not answer."""
+
+
 class Stopped(TsumuError):
     """The work was asked to stop."""
 
