@@ -60,6 +60,11 @@ const STEPS: &[Step] = &[
     },
     Step { name: "tiles", by_hand: "python3 tools/check_tiles.py PROGRAM FOLDER", run: tiles },
     Step {
+        name: "processors",
+        by_hand: "python3 tools/processors.py target/release/tsumu",
+        run: processors,
+    },
+    Step {
         name: "licences",
         by_hand: "cargo deny --all-features check licenses bans sources",
         run: licences,
@@ -245,6 +250,20 @@ fn faults(_: &mut Tests) -> Result<Went> {
         "python3",
         ["tools/faults.py", &program, &trials, "--every", "24", "--calls", calls, "--kills", "8"],
     ))?;
+    Ok(Went::Well)
+}
+
+/// The same bytes on a processor of another class, by an emulator.
+fn processors(_: &mut Tests) -> Result<Went> {
+    let emulated = works(command("qemu-x86_64", ["--version"]));
+    let wide = std::fs::read_to_string("/proc/cpuinfo").is_ok_and(|c| c.contains("avx512f"));
+    if !emulated || !wide {
+        let lacks = if emulated { "a processor with AVX-512" } else { "qemu-x86_64" };
+        return Ok(Went::Skipped(format!("{lacks} is not here")));
+    }
+    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
+    let program = built().join("release/tsumu").display().to_string();
+    done(command("python3", ["tools/processors.py", &program]))?;
     Ok(Went::Well)
 }
 

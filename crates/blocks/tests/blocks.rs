@@ -249,6 +249,41 @@ fn random_unions_are_solid_compact_and_repeatable() {
     assert!(warnings(&catalog).is_empty());
 }
 
+/// A dolos of 1e-40 m once ended in a panic, for a hull of corners that fall together.
+#[test]
+fn no_size_of_any_shape_is_a_fault() {
+    let shapes: [fn(f32) -> Shape; 13] = [
+        |size| Shape::Tetrapod { size },
+        |size| Shape::Dolos { size },
+        |size| Shape::Cube { size },
+        |size| Shape::Antifer { size },
+        |size| Shape::CoreLocLike { size },
+        |size| Shape::XblocLike { size },
+        |size| Shape::AccropodeLike { size },
+        |size| Shape::SixLegLike { size },
+        |size| Shape::EyeBolt { size },
+        |size| Shape::GearShaft { size },
+        |size| Shape::HoledPlate { size },
+        |size| Shape::HookPlate { size },
+        |size| Shape::Bracket { size },
+    ];
+    for shape in shapes {
+        // At both ends of what is allowed a shape is a block or is refused by name.
+        for size in [0.001, 0.0013, 0.02, 99.0, 100.0] {
+            if let Err(error) = blocks::shape_model("b", shape(size), 2300.0) {
+                assert!(error.to_string().contains('b'), "{:?}: {error}", shape(size));
+            }
+        }
+        assert!(blocks::shape_model("b", shape(2.0), 2300.0).is_ok(), "{:?}", shape(2.0));
+        let beyond =
+            [1e-40, 1e-30, 9.9e-4, 100.1, 1e30, f32::MAX, f32::INFINITY, f32::NAN, -1.0, 0.0];
+        for size in beyond {
+            let error = blocks::shape_model("b", shape(size), 2300.0).err();
+            assert!(error.is_some(), "{:?} is taken", shape(size));
+        }
+    }
+}
+
 /// `shell-twice.stl`: a cube, every triangle twice, was once 16 m³ instead of 8.
 #[test]
 fn shell_twice() {

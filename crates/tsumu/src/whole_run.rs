@@ -67,7 +67,8 @@ impl<'a> WholeRun<'a> {
             weights,
             proposer,
             tiles: None,
-            written: new.written,
+            // What lies there is known for certain once the folder is locked.
+            written: Written::begin(folder),
             parts,
         })
     }
