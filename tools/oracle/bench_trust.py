@@ -1,12 +1,19 @@
 """The standing gate on foreign data: runs the built program over every condition of foreign_piles.py and prints one table.
 
-    python3 tools/oracle/bench_trust.py --tsumu target/release/tsumu --scenes DIR [--seeds 1,2] [--only …] [--data DIR]
-                                        [--out TABLE.md] [--runs DIR] [--check] [--again] [recognise options after --]
+    cargo xtask bench trust OUT [--seeds 12,13] [--only …] [--shapes …] [--data DIR] [--check] [--again]
+
+builds the program, installs what is needed into an environment of its own and calls this script:
+
+    python3 tools/oracle/bench_trust.py --tsumu target/release/tsumu --scenes DIR [--seeds 12,13] [--only …] [--shapes …]
+                                        [--data DIR] [--out TABLE.md] [--runs DIR] [--check] [--again] [-- recognise options]
+
+--only takes conditions, groups (see foreign_piles.py --list), `bins`, `bin-PART` and `real`; --shapes makes the conditions
+with other blocks than the usual ones (tetrapod, dolos, cube, hook).
 
 P, R, E_d and E_R as `tsumu evaluate` counts them; "n. j.": not judged; ".9+": how many of the statements of confidence .9 or
 more are right. Scenes that are missing are made. Runs are kept in --runs, and only new ones made, until --again or another
 program: the runs are filed under a hash of the binary. With --data, real clouds are run too when the folder holds them:
-tetrapods (ajaccio_tetrapods), trees (lidar), boulders (rocks). --check ends with status 1 when a row misses what it expects.
+tetrapods (ajaccio_tetrapods), land and trees (lidar), boulders (rocks), pipes (realsense_pipes). --check ends with status 1 when a row misses what it expects.
 """
 
 import argparse
@@ -20,15 +27,16 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from foreign import conditions, real, score  # noqa: E402
+from foreign import bins, conditions, real, score  # noqa: E402
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--tsumu", type=Path, required=True)
     parser.add_argument("--scenes", type=Path, required=True)
-    parser.add_argument("--seeds", default="1")
+    parser.add_argument("--seeds", default="12")
     parser.add_argument("--only", default="")
+    parser.add_argument("--shapes", default="")
     parser.add_argument("--data", type=Path)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--runs", type=Path)
@@ -134,22 +142,35 @@ def main():
     args = arguments()
     digest = hashlib.blake2b(args.tsumu.read_bytes(), digest_size=6).hexdigest()
     runs = (args.runs or args.scenes / "runs") / digest
-    wanted = [w for w in args.only.split(",") if w]
-    text, scores, short = [HEAD], [], 0
-    for c in conditions.rows().values():
-        if wanted and c.name not in wanted and c.group not in wanted:
-            continue
+    wanted = {w for w in args.only.split(",") if w}
+    shapes = [s for s in args.shapes.split(",") if s]
+    rows = conditions.of_shapes(shapes) if shapes else conditions.rows()
+    known = set(rows) | {c.group for c in rows.values()} | {"bins", "real"} | {f"bin-{p}" for p in bins.PARTS}
+    known |= {f"bin-{p}-{w}" for p in bins.PARTS for w in bins.WAYS} | {c.split("@")[0] for c in rows}
+    if wanted - known:
+        sys.exit(f"no condition called {', '.join(sorted(wanted - known))}; see foreign_piles.py --list")
+    say = lambda text: print(text, file=sys.stderr, flush=True)
+    text, scores, short = [], [], 0
+    chosen = [c for c in rows.values() if not wanted or wanted & {c.name, c.group, c.name.split("@")[0]}]
+    if chosen:
+        text.append(HEAD)
+    for c in chosen:
         got = sum((run_scene(args, runs, c, int(s)) for s in args.seeds.split(",")), score.Score())
         misses = missed(c.expect, got)
         short += bool(misses)
         scores.append(got)
         text.append(line(c.name, got, misses))
-        print(text[-1], file=sys.stderr, flush=True)
+        say(text[-1])
         if broken_line(got):
             text.append(f"\n{broken_line(got)}\n\n{HEAD}")
-    text += ["", *calibration(scores)]
-    if args.data and not wanted:
-        text += ["", *real.table(args.data, runs, lambda *a: recognise(args, *a))]
+    if scores:
+        text += ["", *calibration(scores)]
+    run = lambda *a: recognise(args, *a)
+    if not shapes:
+        seeds = args.seeds.split(",")
+        text += ["", *bins.table(args.tsumu, seeds, args.scenes / "bins", runs, run, wanted, say)]
+    if args.data and (not wanted or "real" in wanted):
+        text += ["", *real.table(args.data, runs, run, say)]
     table = "\n".join(text) + "\n"
     print(table)
     if args.out:

@@ -16,7 +16,10 @@ pub fn bench(args: &[&str]) -> Result<()> {
     match args {
         ["kernels", filter @ ..] => kernels(filter),
         ["sites", rest @ ..] => sites(&Sites::read(rest)?),
-        _ => bail!("what to measure: `bench kernels [FILTER]` or `bench sites OUT [...]`"),
+        ["trust", rest @ ..] => crate::trust::trust(rest),
+        _ => bail!(
+            "what to measure: `bench kernels [FILTER]`, `bench sites OUT [...]` or `bench trust OUT [...]`"
+        ),
     }
 }
 

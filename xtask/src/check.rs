@@ -58,6 +58,12 @@ const STEPS: &[Step] = &[
         by_hand: "python3 tools/faults.py target/release/tsumu OUT --every K --kills N",
         run: faults,
     },
+    Step { name: "tiles", by_hand: "python3 tools/check_tiles.py PROGRAM FOLDER", run: tiles },
+    Step {
+        name: "processors",
+        by_hand: "python3 tools/processors.py target/release/tsumu",
+        run: processors,
+    },
     Step {
         name: "licences",
         by_hand: "cargo deny --all-features check licenses bans sources",
@@ -244,6 +250,49 @@ fn faults(_: &mut Tests) -> Result<Went> {
         "python3",
         ["tools/faults.py", &program, &trials, "--every", "24", "--calls", calls, "--kills", "8"],
     ))?;
+    Ok(Went::Well)
+}
+
+/// The same bytes on a processor of another class, by an emulator.
+fn processors(_: &mut Tests) -> Result<Went> {
+    let emulated = works(command("qemu-x86_64", ["--version"]));
+    let wide = std::fs::read_to_string("/proc/cpuinfo").is_ok_and(|c| c.contains("avx512f"));
+    if !emulated || !wide {
+        let lacks = if emulated { "a processor with AVX-512" } else { "qemu-x86_64" };
+        return Ok(Went::Skipped(format!("{lacks} is not here")));
+    }
+    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
+    let program = built().join("release/tsumu").display().to_string();
+    done(command("python3", ["tools/processors.py", &program]))?;
+    Ok(Went::Well)
+}
+
+/// Tiles by a Dask cluster of which a worker is killed: the bytes of tiles worked on one by one.
+fn tiles(_: &mut Tests) -> Result<Went> {
+    let work = built().join("xtask-tiles");
+    if work.exists() {
+        std::fs::remove_dir_all(&work)?;
+    }
+    std::fs::create_dir_all(&work)?;
+    let at = |name: &str| work.join(name).display().to_string();
+    let python = at("dask/bin/python");
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
+    let requirements = ["tools/requirements-tiles.txt"];
+    let installed = works(command("python3", ["-m", "venv", &at("dask")]))
+        && done_within(
+            command(&python, [&install[..], &requirements[..]].concat()),
+            INSTALLING_READERS,
+        )
+        .is_ok();
+    if !installed {
+        return Ok(Went::Skipped(
+            "Dask (tools/requirements-tiles.txt) cannot be installed here; tiles driven by our own tests only"
+                .into(),
+        ));
+    }
+    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
+    let program = built().join("release/tsumu").display().to_string();
+    done(command(&python, ["tools/check_tiles.py", &program, &at("work")]))?;
     Ok(Went::Well)
 }
 

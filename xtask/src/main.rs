@@ -8,6 +8,7 @@ mod fit;
 mod package;
 mod process;
 mod release;
+mod trust;
 
 use anyhow::{Result, bail};
 use std::path::PathBuf;
@@ -19,6 +20,8 @@ cargo xtask check --list                 the steps and their commands
 cargo xtask bench kernels [FILTER]       times of the eight kernels (benches/)
 cargo xtask bench sites OUT [--scenes N] [--seed SEED] [--white-noise]
                                          recognition on held-out piles of the six site-sensor sets
+cargo xtask bench trust OUT [--seeds S,…] [--only CONDITION,…] [--shapes SHAPE,…] [--data DIR] [--check]
+                                         recognition on piles of another engine, in bins and on real clouds
 cargo xtask fit [NAME [OUT]]             fits a fitted vector anew; without a name, what there is to fit
 cargo xtask package [--profile P] [TARGET...]
                                          archives, Debian package, components, notes and checksums of this tree

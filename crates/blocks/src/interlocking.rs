@@ -2,10 +2,11 @@
 //! proportions; widths solved for the stated volume coefficient. Fillets and chamfers are left out, so that their names end in
 //! `-like`.
 //!
-//! Volume coefficients: core-loc-like 0.2236 C³, xbloc-like D³/3, accropode-like 0.34 H³. The six-leg unit has proportions of
-//! our own.
+//! Volume coefficients: core-loc-like 0.2236 C³, xbloc-like D³/3, accropode-like 0.34 H³. The six-leg unit and the hollow tetrahedron
+//! have proportions of our own.
 
-use crate::rotation_group::{closure, octahedral};
+use crate::rotation_group::{closure, octahedral, tetrahedral};
+use crate::tetrapod::leg_axes;
 use geom::{ConvexSolid, Quat, TriMesh, Vec3};
 use scene::ConvexPart;
 use std::f32::consts::PI;
@@ -106,6 +107,34 @@ pub fn six_leg_like(size_m: f32) -> (TriMesh, Vec<ConvexPart>, Vec<Quat>) {
     (mesh, parts, octahedral())
 }
 
+/// A frame along the edges of a regular tetrahedron, its corners cut: size is its height on one face. Proportions of our own.
+pub fn hollow_tetrahedron_like(size_m: f32) -> (TriMesh, Vec<ConvexPart>, Vec<Quat>) {
+    /// Width of a bar and the cut of a corner, over the distance of a corner from the centre.
+    const WIDTH: f32 = 0.42;
+    const CUT: f32 = 0.34;
+    /// Bars reach into the corners a little, so that no two parts share a face.
+    const INTO: f32 = 0.05;
+    let corners = leg_axes();
+    let mut parts = Vec::new();
+    let section = |from: Vec3, to: Vec3, at: f32| {
+        let along = (to - from).normalize();
+        let out = ((from + to) / 2.0).normalize();
+        octagon(from + along * at, out, along.cross(out), WIDTH)
+    };
+    for (i, &a) in corners.iter().enumerate() {
+        let others = corners.iter().filter(|b| **b != a);
+        parts.push(others.flat_map(|&b| section(a, b, CUT)).collect());
+        for &b in &corners[i + 1..] {
+            parts.push(section(a, b, CUT - INTO).chain(section(b, a, CUT - INTO)).collect());
+        }
+    }
+    let heights = || parts.iter().flatten().map(|p: &Vec3| p.z);
+    let (low, high) =
+        (heights().fold(f32::INFINITY, f32::min), heights().fold(f32::NEG_INFINITY, f32::max));
+    let (mesh, parts) = block(parts, size_m / (high - low));
+    (mesh, parts, tetrahedral(&corners))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,5 +159,21 @@ mod tests {
             assert!((mesh.bounds().size() - Vec3::splat(2.0)).length() < 1e-3, "{name}");
             assert_eq!(rotations.len(), order, "{name}");
         }
+    }
+
+    #[test]
+    fn a_hollow_tetrahedron_is_a_frame_as_high_as_stated() {
+        let (mesh, parts, rotations) = hollow_tetrahedron_like(2.0);
+        assert_eq!(mesh.check_solid(), Ok(()));
+        assert_eq!(geom::shells_in_each_other(&mesh), None);
+        assert_eq!((parts.len(), rotations.len()), (10, 12));
+        assert!((mesh.bounds().size().z - 2.0).abs() < 1e-3);
+        let moments = mesh.moments();
+        let ratio = moments.volume_m3 / 8.0;
+        assert!((ratio / scene::HOLLOW_TETRAHEDRON_VOLUME - 1.0).abs() < 0.01, "{ratio}");
+        assert!(moments.centroid.length() < 1e-3);
+        // One can look through it: a ray along an axis through the middle of a face meets nothing at the centre.
+        let query = geom::MeshQuery::new(&mesh).expect("the mesh is closed");
+        assert!(query.cast_ray(Vec3::ZERO, Vec3::NEG_Z, 10.0).is_none());
     }
 }

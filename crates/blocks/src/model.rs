@@ -141,6 +141,7 @@ pub fn shape_model(name: &str, shape: Shape, density_kg_m3: f32) -> Result<Block
         Shape::XblocLike { size } => interlocking::xbloc_like(size),
         Shape::AccropodeLike { size } => interlocking::accropode_like(size),
         Shape::SixLegLike { size } => interlocking::six_leg_like(size),
+        Shape::HollowTetrahedronLike { size } => interlocking::hollow_tetrahedron_like(size),
         Shape::EyeBolt { size } => bin_parts::eye_bolt(size),
         Shape::GearShaft { size } => bin_parts::gear_shaft(size),
         Shape::HoledPlate { size } => bin_parts::holed_plate(size),

@@ -248,3 +248,77 @@ fn random_unions_are_solid_compact_and_repeatable() {
     let catalog = Catalog::new(vec![random_union(SeedTree::new(1))]);
     assert!(warnings(&catalog).is_empty());
 }
+
+/// A dolos of 1e-40 m once ended in a panic, for a hull of corners that fall together.
+#[test]
+fn no_size_of_any_shape_is_a_fault() {
+    let shapes: [fn(f32) -> Shape; 13] = [
+        |size| Shape::Tetrapod { size },
+        |size| Shape::Dolos { size },
+        |size| Shape::Cube { size },
+        |size| Shape::Antifer { size },
+        |size| Shape::CoreLocLike { size },
+        |size| Shape::XblocLike { size },
+        |size| Shape::AccropodeLike { size },
+        |size| Shape::SixLegLike { size },
+        |size| Shape::EyeBolt { size },
+        |size| Shape::GearShaft { size },
+        |size| Shape::HoledPlate { size },
+        |size| Shape::HookPlate { size },
+        |size| Shape::Bracket { size },
+    ];
+    for shape in shapes {
+        // At both ends of what is allowed a shape is a block or is refused by name.
+        for size in [0.001, 0.0013, 0.02, 99.0, 100.0] {
+            if let Err(error) = blocks::shape_model("b", shape(size), 2300.0) {
+                assert!(error.to_string().contains('b'), "{:?}: {error}", shape(size));
+            }
+        }
+        assert!(blocks::shape_model("b", shape(2.0), 2300.0).is_ok(), "{:?}", shape(2.0));
+        let beyond =
+            [1e-40, 1e-30, 9.9e-4, 100.1, 1e30, f32::MAX, f32::INFINITY, f32::NAN, -1.0, 0.0];
+        for size in beyond {
+            let error = blocks::shape_model("b", shape(size), 2300.0).err();
+            assert!(error.is_some(), "{:?} is taken", shape(size));
+        }
+    }
+}
+
+/// `shell-twice.stl`: a cube, every triangle twice, was once 16 m³ instead of 8.
+#[test]
+fn shell_twice() {
+    let cube = shape(Shape::Cube { size: 2.0 }).mesh;
+    let twice = TriMesh {
+        vertices: cube.vertices.clone(),
+        triangles: [cube.triangles.clone(), cube.triangles.clone()].concat(),
+    };
+    let block = mesh_model("twice", &twice, 2300.0).unwrap();
+    assert!((block.volume_m3 - 8.0).abs() < 1e-3, "{}", block.volume_m3);
+    // One shell in the other, turned the same way, is no solid of either volume.
+    let inner = cube.map(|v| v * 0.5);
+    let offset = cube.vertices.len() as u32;
+    let both = TriMesh {
+        vertices: [cube.vertices, inner.vertices].concat(),
+        triangles: cube
+            .triangles
+            .iter()
+            .copied()
+            .chain(inner.triangles.iter().map(|t| t.map(|v| v + offset)))
+            .collect(),
+    };
+    assert!(matches!(mesh_model("both", &both, 2300.0), Err(BlockError::Shells { .. })));
+}
+
+/// `far-from-origin.obj`: what a mesh becomes does not depend on how finely its file rounds the corners.
+#[test]
+fn rounded_corners_make_the_same_block() {
+    let exact = shape(Shape::Tetrapod { size: 2.0 }).mesh;
+    let rounded = exact.map(|v| (v * 1e6).round() / 1e6);
+    let (a, b) = (
+        mesh_model("exact", &exact, 2300.0).unwrap(),
+        mesh_model("rounded", &rounded, 2300.0).unwrap(),
+    );
+    assert_eq!((a.parts.len(), a.symmetry.order()), (b.parts.len(), b.symmetry.order()));
+    assert!((a.volume_m3 - b.volume_m3).abs() < 1e-4);
+    assert!((a.parts_volume_ratio - b.parts_volume_ratio).abs() < 0.02);
+}

@@ -30,12 +30,18 @@ pub enum Command {
     Check(cmd::check::CheckArgs),
     /// Everything for one site: segment, recognise, plan, report
     Run(cmd::run::RunArgs),
+    /// Cut a large site into tiles, work on them one at a time, merge them into a run
+    Tiles(cmd::tiles::TilesArgs),
     /// Label every point of a cloud with the block it belongs to
     Segment(cmd::segment::SegmentArgs),
     /// Find pose and type of every block in a cloud
     Recognise(cmd::recognise::RecogniseArgs),
     /// Plan how many blocks to add, where, in which order and attitude
     Plan(cmd::plan::PlanArgs),
+    /// Say which block to place next, from a list of what was placed
+    Next(cmd::next::NextArgs),
+    /// Plan under other assumptions: crest, slope, block, overflow
+    WhatIf(cmd::what_if::WhatIfArgs),
     /// Write the report of a run folder again
     Report(cmd::report::ReportArgs),
     /// Tell what happened to every block between surveys, or what became of a plan
@@ -46,6 +52,8 @@ pub enum Command {
     Verify(cmd::verify::VerifyArgs),
     /// Sign a finished run, so that changes can be told by whoever has the public key
     Sign(cmd::sign::SignArgs),
+    /// Stay and answer: one cloud of a bin in, its parts out in the order in which to take them
+    ServeBin(cmd::serve_bin::ServeBinArgs),
     /// Make synthetic piles with known truth, scanned like a survey
     Synth(cmd::synth::SynthArgs),
     /// Open the page: the same work in the browser, without a command line

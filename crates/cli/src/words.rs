@@ -3,8 +3,9 @@
 use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
-    Compared, CountRange, LabelScores, PlannedSummary, Preflight, RecogniseSummary, Recognition,
-    Scores,
+    BlockFit, Compared, CountRange, LabelScores, NextLift, PlanChoice, PlannedSummary, Preflight,
+    RecogniseSummary, Recognition, Repeatability, Scores, Split, SurveyLook, TypeCount,
+    UnfilledCount, WhatIfRow,
 };
 
 fn percent(value: Option<f64>) -> String {
@@ -23,8 +24,21 @@ pub fn checked(found: &Preflight, terminal: &Terminal) {
     }
     for s in &found.surveys {
         terminal.say(format!(
-            "{}: {} points, {:.0} on a square metre, heights {:.2} to {:.2} m",
-            s.file, s.points, s.density_per_m2, s.low[2], s.high[2]
+            "{}: {} points, {:.0} on a square metre, heights {:.2} to {:.2} m; {}",
+            s.file,
+            s.points,
+            s.density_per_m2,
+            s.low[2],
+            s.high[2],
+            shares(s)
+        ));
+    }
+    if let Some(s) = &found.surface {
+        terminal.say(format!(
+            "of a part of them: {}; {:.0} % on wide planes, {:.0} % on no surface",
+            s.sentence,
+            100.0 * s.texture.flat_share,
+            100.0 * s.texture.scattered_share
         ));
     }
     let e = &found.expected;
@@ -38,6 +52,55 @@ pub fn checked(found: &Preflight, terminal: &Terminal) {
         1 => "cannot be answered, because:".to_string(),
         n => format!("cannot be answered, because of {n} things:"),
     });
+}
+
+/// What the file's classes say of its points.
+fn shares(look: &SurveyLook) -> String {
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    match (look.ground_share, look.vegetation_share) {
+        (Some(ground), Some(vegetation)) => format!(
+            "by its classes {} ground, {} vegetation, {} water",
+            percent(ground),
+            percent(vegetation),
+            percent(look.water_share)
+        ),
+        _ => "no classes".into(),
+    }
+}
+
+/// Shapes and sizes that fit a survey, and what to write in the catalogue.
+pub fn fitted(found: &[BlockFit], terminal: &Terminal) {
+    let Some(best) = found.first() else { return };
+    terminal.say(format!(
+        "{:<18}{:>17}{:>11}{:>8}  {}",
+        "block", "size m", "explains", "found", "nearest"
+    ));
+    for fit in found {
+        let beside = match (fit.catalogue_m, &fit.nominal, fit.nominal_m) {
+            (Some(catalogue_m), _, _) => format!("the catalogue says {catalogue_m:.3} m"),
+            (None, Some(name), Some(m)) => {
+                format!("{name} of {m:.3} m ({:+.1} %)", 100.0 * (m / fit.size_m - 1.0))
+            }
+            _ => String::new(),
+        };
+        terminal.say(format!(
+            "{:<18}{:>17}{:>11}{:>8}  {beside}",
+            fit.block,
+            format!("{:.3} ± {:.3}", fit.size_m, fit.size_sd_m),
+            format!("{:.0} %", 100.0 * fit.explained),
+            fit.found
+        ));
+    }
+    match best.catalogue_m {
+        None => terminal.say(format!(
+            "best: shape = \"{} {:.2}m\" in catalog.toml; hold it against the drawings",
+            best.block, best.size_m
+        )),
+        Some(catalogue_m) => terminal.say(format!(
+            "best: `{}` fits {:.2} ± {:.2} m; the catalogue says {catalogue_m:.2}",
+            best.block, best.size_m, best.size_sd_m
+        )),
+    }
 }
 
 /// What a review did.
@@ -57,11 +120,47 @@ pub fn recognised(summary: &RecogniseSummary, terminal: &Terminal) {
             summary.types_not_judged
         ));
     }
+    if summary.damaged_blocks > 0 {
+        terminal.say(format!(
+            "{} of them lack a leg: `legs_missing` in blocks.csv",
+            summary.damaged_blocks
+        ));
+    }
     terminal.say(format!(
         "fitting error {}, matching rate {} (within {:.1} mm of a block)",
         millimetres(summary.fitting_error_m, 2),
         percent(summary.matching_rate),
         summary.fitting_threshold_m * 1000.0
+    ));
+    summary.self_check.iter().for_each(|check| self_check(check, terminal));
+}
+
+/// How far both halves of a survey agree.
+fn self_check(check: &Repeatability, terminal: &Terminal) {
+    let by = match check.split {
+        Split::Lines => "every other survey line",
+        Split::Points => "every other point",
+    };
+    let [first, second] = check.stated;
+    terminal.say(format!(
+        "self-check by {by}: {first} and {second} blocks stated, {} by both ({} agree)",
+        check.matched,
+        percent(check.agreement().map(f64::from))
+    ));
+    let degrees = |v: Option<f32>| v.map_or("–".into(), |v| format!("{:.2}°", v.to_degrees()));
+    let apart = |v: Option<f32>| millimetres(v.map(f64::from), 1);
+    terminal.say(format!(
+        "  they lie {} apart in the median, 95 % within {}; turned by {}, 95 % within {}",
+        apart(check.median_displacement_m),
+        apart(check.p95_displacement_m),
+        degrees(check.median_turn_rad),
+        degrees(check.p95_turn_rad)
+    ));
+    let sure = |v: Option<f32>| v.map_or("–".to_string(), |v| format!("{v:.2}"));
+    terminal.say(format!(
+        "  mean confidence {} of those both state, {} of those one states alone",
+        sure(check.confidence_matched),
+        sure(check.confidence_alone)
     ));
 }
 
@@ -98,6 +197,87 @@ pub fn planned(summary: &PlannedSummary, terminal: &Terminal) {
         "void below the design {:.1} m³ before, {:.1} m³ after; mean distance to the design {:.2} m",
         p.void_before_m3, p.void_after_m3, p.mean_distance_m
     ));
+    types(&summary.types, terminal);
+    if let Some(days) = summary.days {
+        let a_day = f64::from(p.blocks) / f64::from(days.max(1));
+        terminal.say(format!("{days} working days, {a_day:.1} blocks a day (plan/lifts.csv)"));
+    }
+    unfilled(&summary.unfilled, terminal);
+}
+
+/// The next blocks to place.
+pub fn next(lifts: &[NextLift], terminal: &Terminal) {
+    if lifts.is_empty() {
+        terminal.say("every block of the plan is placed".to_string());
+    }
+    for l in lifts {
+        let (Some([x, y, z]), Some([tilt, bearing, second])) = (l.centre_m, l.attitude_deg) else {
+            terminal.say(format!(
+                "block {} ({}): its place has no stable pose any more; leave it out, or plan on with `tsumu plan --from`",
+                l.order, l.model
+            ));
+            continue;
+        };
+        let moved = match l.what {
+            "moved" => format!("moved {:.2} m from the plan", l.moved_m),
+            _ => "as planned".to_string(),
+        };
+        terminal.say(format!(
+            "block {} ({}): centre {x:.2}, {y:.2}, level {z:.2} m, {moved}; highest leg {tilt:.0}° from the vertical towards {bearing:.0}°, the second towards {second:.0}°",
+            l.order, l.model
+        ));
+    }
+}
+
+/// Heads of a what-if table.
+pub fn what_if_head(terminal: &Terminal) {
+    terminal.say(format!(
+        "{:>8}{:>8}{:>18}{:>10}{:>8}{:>10}{:>10}{:>10}{:>10}",
+        "raise m", "slope", "block", "f, m", "blocks", "mass t", "void left", "porosity", "protr."
+    ));
+}
+
+/// A row of it.
+pub fn what_if(row: &WhatIfRow, terminal: &Terminal) {
+    let [raise, slope, block, overflow] =
+        row.assumed.clone().map(|a| if a.is_empty() { "–".into() } else { a });
+    let [blocks, mass, _, _, left, _, porosity, protruding] = row.figures;
+    terminal.say(format!(
+        "{raise:>8}{slope:>8}{block:>18}{overflow:>10}{blocks:>8.0}{mass:>10.1}{left:>10.1}{porosity:>10.3}{protruding:>10.0}"
+    ));
+}
+
+/// Plans to choose from.
+pub fn choices(choices: &[PlanChoice], terminal: &Terminal) {
+    for c in choices {
+        let s = &c.plan.summary;
+        terminal.say(format!(
+            "  {:<12} {:>5} blocks, void filled {:.1} m³, left {:.1} m³, {} protruding, {:.1} contacts a block, cost {:.0}",
+            c.aim.word(),
+            s.blocks,
+            s.void_before_m3 - s.void_after_m3,
+            s.void_after_m3,
+            s.protruding,
+            c.mean_contacts(),
+            c.cost
+        ));
+    }
+}
+
+fn types(types: &[TypeCount], terminal: &Terminal) {
+    for t in types {
+        let stock = t.stock.map_or(String::new(), |stock| format!(" of {stock} in stock"));
+        terminal.say(format!("  {}: {} blocks{stock}, cost {:.0}", t.name, t.blocks, t.cost));
+    }
+}
+
+fn unfilled(reasons: &[UnfilledCount], terminal: &Terminal) {
+    if reasons.is_empty() {
+        return;
+    }
+    let of = |c: &UnfilledCount| format!("{} {} ({:.1} m³)", c.places, c.reason, c.void_m3);
+    let list: Vec<String> = reasons.iter().map(of).collect();
+    terminal.say(format!("places left below the design: {} (plan/unfilled.csv)", list.join(", ")));
 }
 
 fn count_range(range: &CountRange, terminal: &Terminal) {

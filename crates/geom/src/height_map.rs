@@ -4,6 +4,7 @@
 //! replaced by points of it, so thin legs cannot fall between samples of the surface). A cell nothing covers is
 //! empty (NaN) until [`HeightMap::fill_empty`] interpolates it from its neighbours (METHOD §6, Eq. 4.1).
 
+use crate::gaps;
 use crate::raster::Raster;
 use crate::{Pose, TriMesh, Vec2, Vec3};
 
@@ -146,65 +147,7 @@ impl HeightMap {
     /// column, each weighted by how near they are; where neither has known cells on both sides, the nearest
     /// one continues. A plane with holes comes back as that plane. A map without any height stays empty.
     pub fn fill_empty(&mut self) {
-        if self.z_m.iter().all(|z| z.is_nan()) {
-            return;
-        }
-        while self.z_m.iter().any(|z| z.is_nan()) {
-            let known = self.z_m.clone();
-            let (nx, ny) = (self.nx, self.ny);
-            let two_sided = |ix: usize, iy: usize| {
-                let row = between(
-                    (0..ix).rev().map(|i| known[iy * nx + i]),
-                    (ix + 1..nx).map(|i| known[iy * nx + i]),
-                );
-                let column = between(
-                    (0..iy).rev().map(|j| known[j * nx + ix]),
-                    (iy + 1..ny).map(|j| known[j * nx + ix]),
-                );
-                match (row, column) {
-                    (Some((a, wa)), Some((b, wb))) => Some((a * wa + b * wb) / (wa + wb)),
-                    (one, other) => one.or(other).map(|(z, _)| z),
-                }
-            };
-            let empty: Vec<(usize, usize)> = (0..ny)
-                .flat_map(|j| (0..nx).map(move |i| (i, j)))
-                .filter(|&(i, j)| known[j * nx + i].is_nan())
-                .collect();
-            let mut filled = false;
-            for &(ix, iy) in &empty {
-                if let Some(z) = two_sided(ix, iy) {
-                    self.z_m[iy * nx + ix] = z;
-                    filled = true;
-                }
-            }
-            if !filled {
-                self.continue_border(&known);
-            }
-        }
-    }
-
-    /// One-sided cells next to a known one take the mean of their known neighbours.
-    fn continue_border(&mut self, known: &[f32]) {
-        for iy in 0..self.ny {
-            for ix in 0..self.nx {
-                if !known[iy * self.nx + ix].is_nan() {
-                    continue;
-                }
-                let (mut sum, mut count) = (0.0, 0);
-                for (dx, dy) in [(-1_isize, 0_isize), (1, 0), (0, -1), (0, 1)] {
-                    let (i, j) = (ix as isize + dx, iy as isize + dy);
-                    if i >= 0 && j >= 0 && (i as usize) < self.nx && (j as usize) < self.ny {
-                        let z = known[j as usize * self.nx + i as usize];
-                        if !z.is_nan() {
-                            (sum, count) = (sum + z, count + 1);
-                        }
-                    }
-                }
-                if count > 0 {
-                    self.z_m[iy * self.nx + ix] = sum / count as f32;
-                }
-            }
-        }
+        gaps::fill(self);
     }
 
     /// Height at a place, bilinear between cell centres; `None` outside the map or next to an empty cell.
@@ -250,19 +193,6 @@ fn higher(old: f32, z: f32) -> f32 {
 /// The lower of two heights; an empty cell (NaN) takes the new one.
 fn lower(old: f32, z: f32) -> f32 {
     if old <= z { old } else { z }
-}
-
-/// Linear interpolation between the first known value on either side, with weight 1 / distance between them.
-fn between(
-    before: impl Iterator<Item = f32>,
-    after: impl Iterator<Item = f32>,
-) -> Option<(f32, f32)> {
-    let first =
-        |mut side: Box<dyn Iterator<Item = (usize, f32)> + '_>| side.find(|(_, z)| !z.is_nan());
-    let (i, a) = first(Box::new(before.enumerate()))?;
-    let (j, b) = first(Box::new(after.enumerate()))?;
-    let (left, right) = ((i + 1) as f32, (j + 1) as f32);
-    Some(((a * right + b * left) / (left + right), 1.0 / (left + right)))
 }
 
 #[cfg(test)]

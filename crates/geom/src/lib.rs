@@ -7,6 +7,7 @@ mod bounds;
 mod cells;
 mod cloud;
 mod convex;
+mod gaps;
 mod height_map;
 pub mod hidden_points;
 mod hull_corners;

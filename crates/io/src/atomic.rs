@@ -45,6 +45,26 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     write(path, |out| out.write_all(bytes))
 }
 
+/// Writes these bytes unless the file is there already: of several writers one is first and the others change nothing. Whether this was
+/// the first. The file is whole from its first moment.
+pub fn write_if_absent(path: &Path, bytes: &[u8]) -> Result<bool, IoError> {
+    let attempt = || {
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        fs::create_dir_all(folder)?;
+        let mut aside =
+            tempfile::Builder::new().prefix(TEMPORARY).suffix(PART).tempfile_in(folder)?;
+        aside.write_all(bytes)?;
+        aside.as_file().sync_all()?;
+        readable_by_others(aside.as_file())?;
+        match aside.persist_noclobber(path) {
+            Ok(_) => folder_to_disk(folder).map(|()| true),
+            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
+            Err(e) => Err(e.error),
+        }
+    };
+    attempt().map_err(|e| IoError::write(path, e))
+}
+
 /// Removes what writes that were killed have left in a folder and below it. Nobody else may be writing there.
 pub fn clear_aside(folder: &Path) -> Result<(), IoError> {
     let mut open = vec![folder.to_path_buf()];
@@ -134,6 +154,24 @@ mod tests {
         );
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn of_many_writers_one_is_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tile/done.json");
+        let first = std::thread::scope(|scope| {
+            let write = |i: u8| {
+                let path = &path;
+                scope.spawn(move || write_if_absent(path, &[i; 1000]).unwrap())
+            };
+            let all: Vec<_> = (0..8).map(write).collect();
+            all.into_iter().map(|t| usize::from(t.join().unwrap())).sum::<usize>()
+        });
+        assert_eq!(first, 1);
+        let bytes = fs::read(&path).unwrap();
+        assert!(bytes.len() == 1000 && bytes.iter().all(|b| *b == bytes[0]));
+        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
     }
 
     /// `exports` once was a link, and eleven files appeared where it led to.

@@ -3,11 +3,11 @@
 use crate::csv_table::{self, Row, SitePose};
 use crate::input::Input;
 use crate::{IoError, Place, atomic};
-use scene::{Catalog, Fit, InstanceId, PlacedBlock, SiteFrame};
+use scene::{Catalog, Fit, InstanceId, Legs, PlacedBlock, SiteFrame};
 use std::path::Path;
 
 /// Columns of `blocks.csv`; `truth.csv` has the first ten.
-pub const COLUMNS: [&str; 15] = [
+pub const COLUMNS: [&str; 18] = [
     "block_id",
     "model",
     "x_m",
@@ -23,6 +23,9 @@ pub const COLUMNS: [&str; 15] = [
     "runner_up",
     "runner_up_fitness_m",
     "type_judged",
+    "legs_seen",
+    "legs_hidden",
+    "legs_missing",
 ];
 /// How many of them `truth.csv` has.
 pub const TRUTH_COLUMNS: usize = 10;
@@ -49,6 +52,8 @@ pub struct BlockRow {
     pub runner_up_fitness_m: Option<f64>,
     /// Whether the type is judged, or only the likeliest.
     pub type_judged: Option<bool>,
+    /// What was seen of its legs; `None` for compact blocks, and in files of earlier versions.
+    pub legs: Option<Legs>,
 }
 
 impl BlockRow {
@@ -64,6 +69,7 @@ impl BlockRow {
             runner_up: fit.runner_up.map(|(m, _)| catalog.get(m).name.clone()),
             runner_up_fitness_m: fit.runner_up.map(|(_, f)| short(f)),
             type_judged: Some(fit.type_judged),
+            legs: fit.legs,
         }
     }
 
@@ -84,6 +90,7 @@ impl BlockRow {
             runner_up: None,
             runner_up_fitness_m: None,
             type_judged: None,
+            legs: None,
         }
     }
 
@@ -112,6 +119,7 @@ impl BlockRow {
             runner_up: (!runner_up.is_empty()).then(|| runner_up.to_string()),
             runner_up_fitness_m: row.finite_or_empty("runner_up_fitness_m", c[13])?,
             type_judged,
+            legs: legs(row, &c[15..18])?,
         })
     }
 
@@ -128,8 +136,20 @@ impl BlockRow {
             self.type_judged
                 .map_or(String::new(), |judged| if judged { "yes" } else { "no" }.into()),
         ]);
+        let legs = self.legs.map(|l| [l.seen, l.hidden, l.missing]);
+        let legs = (0..3).map(|i| legs.map_or(String::new(), |l| l[i].to_string()));
+        fields.extend(legs);
         fields
     }
+}
+
+/// What was seen of the legs; nothing where the three cells are empty or the columns are not there.
+fn legs(row: &Row, columns: &[Option<usize>]) -> Result<Option<Legs>, IoError> {
+    if columns.iter().all(|c| row.text(*c).is_empty()) {
+        return Ok(None);
+    }
+    let number = |i: usize| row.number(COLUMNS[15 + i], columns[i]);
+    Ok(Some(Legs { seen: number(0)?, hidden: number(1)?, missing: number(2)? }))
 }
 
 /// The f64 with the f32's own shortest digits: 0.1 stays 0.1.

@@ -45,13 +45,14 @@ pub fn read(
 /// Files whose columns have names.
 fn named_columns(path: &Path, observer: &dyn Observer) -> Result<LabelCloud, IoError> {
     // Also points that a survey would leave out: they are judged.
-    let cloud = points::read_with(path, &ReadOptions::every_point(), observer)?;
+    let cloud = points::read_with(path, &ReadOptions::every_label(), observer)?;
     let missing = || IoError::MissingColumn {
         path: path.into(),
         column: "instance",
         found: "only coordinates that belong to no instance".into(),
     };
-    let instance = cloud.instance.ok_or_else(missing)?.into_iter().map(i64::from).collect();
+    let number = |i: u32| if i == u32::MAX { -1 } else { i64::from(i) };
+    let instance = cloud.instance.ok_or_else(missing)?.into_iter().map(number).collect();
     Ok(LabelCloud { position: cloud.position, instance, confidence: cloud.confidence })
 }
 
@@ -163,8 +164,8 @@ mod tests {
         assert_eq!(score_first.instance, [3, -1]);
         let huge = read_text("0 0 0 4294967296000\n", None).unwrap();
         assert_eq!(huge.instance, [4_294_967_296_000]);
-        let named = read_text("x y z instance\n0 0 0 7\n", None).unwrap();
-        assert_eq!(named.instance, [7]);
+        let named = read_text("x y z instance\n0 0 0 7\n0 0 0 -1\n0 0 0 0\n", None).unwrap();
+        assert_eq!(named.instance, [7, -1, 0]);
     }
 
     #[test]

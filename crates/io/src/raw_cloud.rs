@@ -4,6 +4,7 @@ use crate::crs::FileCrs;
 use crate::read_options::LeftOut;
 use crate::{IoError, Place};
 use geom::{DVec3, Observer, Vec3, Warning};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Steps of the stored numbers from here on swallow the shape of most blocks.
@@ -42,6 +43,8 @@ pub struct RawCloud {
     pub invalid: u64,
     /// Points left out for their class or flags.
     pub left_out: LeftOut,
+    /// Points of each class of LAS, those left out included; empty where the file has no classes.
+    pub classes: BTreeMap<u8, u64>,
     /// What the file's heights were multiplied by to make them heights in metres; `None`: nothing.
     pub height_factor: Option<f64>,
     /// Notes of the reader on what it took for what.
@@ -106,6 +109,7 @@ impl RawCloud {
             float32: self.float32,
             invalid: self.invalid,
             left_out: self.left_out.clone(),
+            classes: self.classes.clone(),
             height_factor: self.height_factor,
             notes: self.notes.clone(),
             ..Self::default()

@@ -11,13 +11,21 @@ pub struct ReadOptions {
     pub labels: bool,
     /// Points far from all others are left out.
     pub without_strays: bool,
+    /// What −1 in a column of instances is read as. Without: 0 in a column `label`, refused in a column `instance`.
+    pub minus_one: Option<u32>,
     /// A table of places in plan: heights are not needed, and not read.
     pub plane: bool,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { leave_out: LeaveOut::default(), labels: true, without_strays: false, plane: false }
+        Self {
+            leave_out: LeaveOut::default(),
+            labels: true,
+            without_strays: false,
+            minus_one: None,
+            plane: false,
+        }
     }
 }
 
@@ -35,6 +43,11 @@ impl ReadOptions {
     /// For a labelled cloud that is compared point by point with another: nothing is left out.
     pub fn every_point() -> Self {
         Self { leave_out: LeaveOut::nothing(), ..Self::default() }
+    }
+
+    /// The same where −1 must be told from 0: it becomes the largest number.
+    pub fn every_label() -> Self {
+        Self { minus_one: Some(u32::MAX), ..Self::every_point() }
     }
 }
 

@@ -18,7 +18,8 @@ pub(crate) fn read(input: &mut Input) -> Result<RawMesh, IoError> {
     input.fill(&mut head, "the header")?;
     let promised = u64::from(u32::from_le_bytes(head[80..84].try_into().expect("four bytes")));
     let body = input.len - HEADER;
-    let starts_solid = head.trim_ascii_start().starts_with(b"solid");
+    let first = head.trim_ascii_start().get(..5);
+    let starts_solid = first.is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
     if promised * RECORD == body || !starts_solid || !is_text(input, &head)? {
         return read_binary(input, triangles(promised, body));
     }

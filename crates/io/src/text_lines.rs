@@ -1,9 +1,11 @@
-//! Lines of a text file whatever its encoding and line ends: UTF-8, UTF-16 with or without its mark, Shift-JIS; LF, CR LF
+//! Lines of a text file whatever its encoding and line ends: UTF-8, UTF-16 with or without its mark, Shift-JIS, Latin; LF, CR LF
 //! or CR alone. Read piece by piece.
 
 use crate::input::Input;
 use crate::{IoError, Place};
-use encoding_rs::{Decoder, DecoderResult, Encoding, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE};
+use encoding_rs::{
+    Decoder, DecoderResult, Encoding, SHIFT_JIS, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252,
+};
 use std::collections::VecDeque;
 
 const PIECE: usize = 1 << 16;
@@ -31,6 +33,9 @@ impl TextLines {
     pub fn new(input: &mut Input, limit: usize) -> Result<Self, IoError> {
         let head = input.len.min(HEAD as u64);
         let head = input.take(head, "the text")?;
+        if head.starts_with(&[0xff, 0xfe, 0, 0]) || head.starts_with(&[0, 0, 0xfe, 0xff]) {
+            return Err(input.malformed(Place::File, "the text is UTF-32; save the file as UTF-8"));
+        }
         let whole = head.len() as u64 == input.len;
         let encoding = encoding_of(&head, whole);
         input.go_to(0, "the text")?;
@@ -162,11 +167,18 @@ fn encoding_of(head: &[u8], whole: bool) -> &'static Encoding {
         Ok(_) => UTF_8,
         // A letter cut in two at the end of what was looked at.
         Err(e) if e.error_len().is_none() && !whole => UTF_8,
+        Err(_) if is_latin(head) => WINDOWS_1252,
         Err(_) => {
             let (_, faults) = SHIFT_JIS.decode_without_bom_handling(head);
             if faults && whole { UTF_8 } else { SHIFT_JIS }
         }
     }
+}
+
+/// Whether bytes beyond ASCII stand alone and none begins a kanji or kana: umlauts and accents, not Japanese.
+fn is_latin(head: &[u8]) -> bool {
+    let high = |b: &u8| *b >= 0x80;
+    !head.iter().any(|b| (0x81..=0x9f).contains(b)) && !head.windows(2).any(|w| w.iter().all(high))
 }
 
 #[cfg(test)]
@@ -214,6 +226,12 @@ mod tests {
         for (big, mark) in [(false, false), (false, true), (true, false), (true, true)] {
             assert_eq!(lines(&utf_16(big, mark)).unwrap(), ["X,Y,Z", "1.5,2,3"], "{big} {mark}");
         }
+        assert_eq!(
+            lines(b"Rechtswert;H\xf6he\r\n1,5;2\r\n").unwrap(),
+            ["Rechtswert;Höhe", "1,5;2"]
+        );
+        let utf_32 = [0xff, 0xfe, 0, 0, b'x', 0, 0, 0];
+        assert!(lines(&utf_32).unwrap_err().contains("UTF-32"));
         let error = lines(b"1 2 3\n\xff\xff\xff 2\n").unwrap_err();
         assert!(error.contains("line 2") && error.contains("UTF-8"), "{error}");
     }

@@ -118,6 +118,9 @@ fn blocks(drawing: &Drawing) -> (Vec<&'static str>, Vec<Row>) {
         "runner_up TEXT",
         "runner_up_fitness_m DOUBLE",
         "type_judged BOOLEAN",
+        "legs_seen INTEGER",
+        "legs_hidden INTEGER",
+        "legs_missing INTEGER",
         "state TEXT",
     ]);
     let row = |unit: Unit| {
@@ -132,8 +135,10 @@ fn blocks(drawing: &Drawing) -> (Vec<&'static str>, Vec<Row>) {
             second.map_or(Value::Null, Value::Text),
             known(fit.runner_up.map(|(_, f)| f)),
             Value::Integer(fit.type_judged.into()),
-            text("stated"),
         ]);
+        let legs = fit.legs.map(|l| [l.seen, l.hidden, l.missing]);
+        values.extend((0..3).map(|i| legs.map_or(Value::Null, |l| Value::Integer(l[i].into()))));
+        values.push(text("stated"));
         Some(Row { rings: flat(drawing.footprint(&unit)), values })
     };
     (columns, drawing.units().filter_map(row).collect())

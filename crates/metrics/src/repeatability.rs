@@ -8,7 +8,7 @@ use geom::{Bounds, Vec3};
 use scene::{Catalog, Fit, PlacedBlock, PoseLimits, Recognised, Survey};
 
 /// How a survey was split.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Split {
     /// Every other survey line.
@@ -38,7 +38,7 @@ impl StatedBlock {
 }
 
 /// Agreement of two halves. Figures over matched blocks are `None` where none match.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Repeatability {
     /// How the survey was split.
     pub split: Split,

@@ -479,4 +479,26 @@ mod tests {
         check("bias", &grads.bias, &|c| &mut c.bias);
         check("attention", &grads.attention, &|c| &mut c.attention);
     }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn the_width_of_a_register_changes_no_bit() {
+        let (Some(eight), Some(sixteen)) = (pulp::x86::V3::try_new(), pulp::x86::V4::try_new())
+        else {
+            return;
+        };
+        let sample = Sample::new(40, 13);
+        let layer = Layer::new(&sample.a, &sample.hood, sample.weights());
+        let forward = |wide: bool| {
+            let (mut buffers, mut out) = (Buffers::new(&layer), vec![0.0; POINTS * layer.wide]);
+            let work = Forward { layer: &layer, first: 0, buffers: &mut buffers, out: &mut out };
+            match wide {
+                true => Simd::vectorize(sixteen, work),
+                false => Simd::vectorize(eight, work),
+            }
+            out
+        };
+        let bits = |values: Vec<f32>| values.into_iter().map(f32::to_bits).collect::<Vec<_>>();
+        assert_eq!(bits(forward(false)), bits(forward(true)));
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::PipelineError;
 use geom::{Event, Observer, Warning};
-use pose::survey_facts::{Limit, SurveyFacts, not_judgeable};
+pub use pose::survey_facts::{Limit, SurveyFacts, not_judgeable};
 use scene::{Catalog, DesignSurface, Survey};
 
 /// Refuses a catalogue whose blocks cannot be in this cloud: a wrong unit is the usual reason.

@@ -39,6 +39,8 @@ const FEWEST: usize = 4;
 const AGREES: f32 = 0.3;
 /// Surface turned more than this to the sensor ought to be seen.
 const FACING: f32 = 0.35;
+/// A point is of a face when its normal is the face's up to this cosine.
+const SAME_FACE: f32 = 0.8;
 /// How far sizes are off before anything is measured.
 const SCALE_PRIOR_SD: f32 = 0.1;
 /// Sizes further off are another block.
@@ -116,6 +118,16 @@ fn seen(block: &Accepted, template: &Template, measured: &Measured, reach_m: f32
                 there += f32::from(u8::from(nearest.is_some_and(at)));
             }
             Some(Seen::Through) => due += 1.0,
+            // Turned from the side that the survey is thought to be seen from, and measured all the same.
+            None if measured.viewpoint.is_some() => {
+                let nearest = measured.grid.nearest_within(p, near_m);
+                let seen = nearest.is_some_and(|(i, _)| {
+                    measured.normal[i as usize].dot(n).abs() > SAME_FACE
+                        && n.dot(measured.position[i as usize] - p).abs() < reach_m
+                });
+                due += f32::from(u8::from(seen));
+                there += f32::from(u8::from(seen));
+            }
             _ => {}
         }
     }
@@ -151,7 +163,7 @@ fn scale(
         // Unknowns: shift, turn (both over d_max, in block axes) and logarithm of the size.
         let mut a = vec![0.0_f64; 49];
         let mut b = vec![0.0_f64; 7];
-        for near in shell {
+        for near in shell.iter().filter(|n| n.agreement > AGREES) {
             let x = block_from_site * (measured.position[near.point as usize] - at.centre);
             let (d, g) = template.field.at(x / size + centre);
             let (d, x) = (size * d, x / d_max);

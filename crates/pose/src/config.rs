@@ -152,6 +152,8 @@ pub struct EvidenceConfig {
     pub reach_sd: f32,
     /// Price of measured points deep inside the solid.
     pub inside_weight: f32,
+    /// Price of measured surface that goes on beyond the edge of a flat face.
+    pub beyond_weight: f32,
     /// Price of surface the sensor looked through.
     pub free_space_weight: f32,
     /// Price of surface inside an accepted neighbour or the bed.
@@ -174,6 +176,7 @@ impl Default for EvidenceConfig {
             surface_samples: 400,
             reach_sd: 3.0,
             inside_weight: 2.0,
+            beyond_weight: 1.0,
             free_space_weight: 1.0,
             overlap_weight: 2.0,
             max_shared: 0.05,

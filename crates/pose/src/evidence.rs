@@ -6,9 +6,10 @@
 //! surface that should have been seen and was not can (METHOD §4).
 
 use crate::EvidenceConfig;
+use crate::beyond::{goes_on, strip_m};
 use crate::fit::{CentredPose, agreement};
 use crate::measured::Measured;
-use crate::sight::Seen;
+use crate::sight::{LEAST_COSINE, Seen};
 use crate::template::Template;
 
 /// The case of one candidate.
@@ -57,23 +58,34 @@ pub fn weigh(
     let site_from_block = at.pose(template.model.centre);
     let block_from_site = site_from_block.inverse();
     let deep = reach.max(0.04 * d_max);
+    let strip = if template.flat_faces { strip_m(template) } else { 0.0 };
     let mut explained = Vec::new();
-    let mut inside = 0.0;
-    measured.grid.for_each_within(at.centre, d_max + reach, |i, p, _| {
-        let (d, g) = template.field.at(block_from_site * p);
+    let (mut inside, mut beyond, mut beside) = (0.0, 0.0_f32, 0.0_f32);
+    measured.grid.for_each_within(at.centre, d_max + reach.max(strip), |i, p, _| {
+        let p = block_from_site * p;
+        let (d, g) = template.field.at(p);
         if d.abs() < reach {
-            let w = agreement(site_from_block.rotation * g, &measured.fit_point(i))
-                * (1.0 - (d / reach).powi(2));
+            let face = site_from_block.rotation * g;
+            let w = agreement(face, &measured.fit_point(i)) * (1.0 - (d / reach).powi(2));
             if w > 0.02 {
                 explained.push((i, w));
+                if measured.viewpoint.is_some_and(|v| face.dot(v.toward) < LEAST_COSINE) {
+                    beside += w;
+                }
             }
         } else if d < -deep {
             inside += ((-d - deep) / deep).min(1.0);
         }
+        if d > 0.0 && d < strip {
+            let normal = block_from_site.rotation * measured.normal[i as usize];
+            beyond += f32::from(u8::from(goes_on(template, p, normal, (d, g), reach)));
+        }
     });
     explained.sort_unstable_by_key(|e| e.0);
 
-    let (mut seen, mut through, mut unknown, mut under) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
+    // A face that was measured was seen, even where it is turned from the side that the survey is thought to be seen from.
+    let beside = beside * measured.point_area_m2 / template.sample_area_m2;
+    let (mut seen, mut through, mut unknown, mut under) = (beside, 0.0_f32, 0.0_f32, 0.0_f32);
     for &(p, n) in &template.surface {
         let p = site_from_block * p;
         match measured.sight.of_surface(p, site_from_block.rotation * n, reach) {
@@ -92,7 +104,8 @@ pub fn weigh(
     let area = template.sample_area_m2;
     Evidence {
         explained,
-        against_m2: config.inside_weight * inside * measured.point_area_m2
+        against_m2: (config.inside_weight * inside + config.beyond_weight * beyond)
+            * measured.point_area_m2
             + config.free_space_weight * through * area
             + config.overlap_weight * under * area,
         agreement: seen

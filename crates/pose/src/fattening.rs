@@ -6,6 +6,7 @@
 
 use crate::fit::{CentredPose, FitPoint};
 use crate::template::Template;
+use serde::{Deserialize, Serialize};
 
 /// Bins of the curve over the cosine of the slant, from 0 (upright) to 1 (level).
 const BINS: usize = 10;
@@ -13,7 +14,7 @@ const BINS: usize = 10;
 const FEWEST: usize = 150;
 
 /// The curve: expected signed distance of a measured point from the true face, metres.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fattening {
     value_m: [f32; BINS + 1],
 }

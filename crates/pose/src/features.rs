@@ -6,11 +6,14 @@
 use crate::EvidenceConfig;
 use crate::absolute::{Absolute, CommonSize, common_size};
 use crate::acceptance::{Candidate, overlap_tolerance_m};
+use crate::beyond::points_beyond;
 use crate::confidence::Features;
-use crate::evidence::{Evidence, reach_m, shared_inside, weigh};
+use crate::evidence::{Evidence, overlap_m2, reach_m, shared_inside, weigh};
 use crate::finish::{Accepted, distance_m, fit_points, largest_sd};
+use crate::fit::CentredPose;
 use crate::ground::Ground;
 use crate::measured::Measured;
+use crate::pile_facts::PileFacts;
 use crate::rivals::forced;
 use crate::shell::Shells;
 use crate::template::Template;
@@ -59,6 +62,7 @@ impl<'a> Context<'a> {
         measured: &'a Measured,
         ground: Option<&Ground>,
         config: &EvidenceConfig,
+        facts: Option<&PileFacts>,
     ) -> Self {
         let mut off: Vec<(f32, f32)> = blocks
             .par_iter()
@@ -75,7 +79,8 @@ impl<'a> Context<'a> {
             sum += o.1;
             sum >= half
         });
-        let typical_m = middle.map_or(0.0, |o| o.0).max(1e-6);
+        let own_m = middle.map_or(0.0, |o| o.0).max(1e-6);
+        let typical_m = facts.and_then(|f| f.typical_m).unwrap_or(own_m);
         let shells = Shells::new(blocks, templates, measured, ground, config);
         let absolute: Vec<Absolute> = blocks
             .par_iter()
@@ -85,7 +90,8 @@ impl<'a> Context<'a> {
                 Absolute::of(block, shell, template, measured, reach_m(measured, template, config))
             })
             .collect();
-        let explained = shells.explained_by(|_| true);
+        let known = facts.and_then(|f| f.explained);
+        let explained = known.unwrap_or_else(|| shells.explained_by(|_| true));
         Self { blocks, pool, templates, measured, typical_m, absolute, shells, explained }
     }
 
@@ -96,9 +102,19 @@ impl<'a> Context<'a> {
         common_size(&of)
     }
 
-    /// Share of what stands above the bed that the blocks for which `counts` holds explain.
-    pub fn explained_by(&self, counts: impl Fn(usize) -> bool) -> f32 {
-        self.shells.explained_by(counts)
+    /// Working points at places for which `owns` holds that the blocks explain for which `counts` holds, and all that stand above the
+    /// bed there.
+    pub fn explained_where(
+        &self,
+        counts: impl Fn(usize) -> bool,
+        owns: impl Fn(Vec3) -> bool,
+    ) -> (usize, usize) {
+        self.shells.explained_where(counts, |i| owns(self.measured.position[i]))
+    }
+
+    /// How far points usually lie from the blocks, metres, and the share of the points that blocks explain.
+    pub fn of_the_pile(&self) -> (f32, f32) {
+        (self.typical_m, self.explained)
     }
 
     /// The features of a block at its final pose, on its own points, from which the surface is off by `distance_m`.
@@ -138,6 +154,7 @@ impl<'a> Context<'a> {
             rival: self.rival(block, &case, &own, covariance, config),
             type_margin: block.type_margin,
             in_a_plane: self.in_a_plane(block, &own, distance_m),
+            goes_on: self.goes_on(entry, count, config),
             noisy: distance_m / self.measured.noise_sd_m.max(0.3 * template.field.cell_m()),
             shell: absolute.shell,
             off: absolute.off,
@@ -174,6 +191,19 @@ impl<'a> Context<'a> {
         beside as f32 > GOES_ON * own.len() as f32
     }
 
+    /// How many points of surface go on beyond the block's edges and are no other block's, over its own `count`.
+    fn goes_on(&self, entry: usize, count: usize, config: &EvidenceConfig) -> f32 {
+        let block = &self.blocks[entry];
+        let template = &self.templates[block.template];
+        let reach = reach_m(self.measured, template, config);
+        let open = |i: u32| {
+            let of = self.shells.explained[i as usize];
+            of == u32::MAX || of == entry as u32
+        };
+        let beyond = points_beyond(template, &block.at, self.measured, reach, open);
+        beyond as f32 / (count as f32).max(1.0)
+    }
+
     /// Share of the block's inside within a block that was accepted before it.
     fn shared(&self, block: &Accepted) -> f32 {
         let template = &self.templates[block.template];
@@ -189,6 +219,16 @@ impl<'a> Context<'a> {
                 )
             })
             .fold(0.0, f32::max)
+    }
+
+    /// Other accepted blocks that a block may reach, those accepted before it.
+    fn neighbours(&self, block: &Accepted) -> Vec<&Accepted> {
+        let d = |b: &Accepted| self.templates[b.template].model.d_max_m;
+        self.blocks
+            .iter()
+            .filter(|o| !std::ptr::eq(*o, block) && o.gain > block.gain)
+            .filter(|o| (o.at.centre - block.at.centre).length() < d(o) + 2.0 * d(block))
+            .collect()
     }
 
     /// How well the best other pose of the same type, met by the search or forced, explains the block's own points, over
@@ -210,20 +250,33 @@ impl<'a> Context<'a> {
                 e.explained.iter().filter(|x| own.binary_search(&x.0).is_ok()).map(|x| x.1).sum();
             explained * e.point_area_m2 - e.against_m2
         };
-        let stated = worth(case);
+        let neighbours = self.neighbours(block);
+        let tolerance_m = overlap_tolerance_m(self.measured, template);
+        let overlap = |at: &CentredPose| {
+            let with = |o: &&Accepted| {
+                let other = (&self.templates[o.template], &o.at);
+                overlap_m2(other, (template, at), tolerance_m)
+            };
+            config.overlap_weight * neighbours.iter().map(with).sum::<f32>()
+        };
+        let stated = worth(case) - overlap(&block.at);
+        // Overlaps cost time: only what would be the best so far is asked for them.
+        let better = |best: f32, at: &CentredPose, worth: f32| {
+            if worth > best { best.max(worth - overlap(at)) } else { best }
+        };
         let met = self
             .pool
             .iter()
             .filter(|c| c.template == block.template)
             .filter(|c| (c.at.centre - block.at.centre).length() < template.model.d_max_m)
             .filter(|c| !template.same(&c.at, &block.at, shift_m, turn_rad))
-            .map(|c| worth(&c.evidence))
-            .fold(0.0, f32::max);
+            .fold(0.0, |best, c| better(best, &c.at, worth(&c.evidence)));
         let limits = (shift_m, turn_rad);
         let best = forced(block, own, covariance, template, self.measured, limits)
             .iter()
-            .map(|at| worth(&weigh(template, at, self.measured, config)))
-            .fold(met, f32::max);
+            .fold(met, |best, at| {
+                better(best, at, worth(&weigh(template, at, self.measured, config)))
+            });
         if stated > 0.0 { best / stated } else { f32::INFINITY }
     }
 }

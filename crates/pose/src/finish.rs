@@ -7,6 +7,7 @@ use crate::fattening::{Fattening, residuals};
 use crate::features::Context;
 use crate::fit::{CentredPose, FitPoint, covariance, fit};
 use crate::measured::Measured;
+use crate::pile_facts::PileFacts;
 use crate::template::Template;
 use crate::types::decide;
 use crate::{EvidenceConfig, Method, PoseConfig};
@@ -85,7 +86,8 @@ pub fn fit_points(survey: &Survey, measured: &Measured, index: &[u32]) -> Vec<Fi
         .collect()
 }
 
-/// Refines all blocks on their own points, twice, because better poses make better labels; returns the points.
+/// Refines all blocks on their own points, twice, because better poses make better labels; returns the points, and how a sounder
+/// was seen to err.
 pub fn refine(
     survey: &Survey,
     blocks: &mut [Accepted],
@@ -93,13 +95,15 @@ pub fn refine(
     templates: &[Template],
     measured: &Measured,
     config: &PoseConfig,
-) -> Vec<Vec<u32>> {
+    facts: Option<&PileFacts>,
+) -> (Vec<Vec<u32>>, Option<Fattening>) {
     let points = &survey.cloud.position_m;
     let cell = templates.iter().map(|t| t.model.d_max_m).fold(f32::INFINITY, f32::min) * 0.2;
     let grid = PointGrid::new(points, cell.max(f32::MIN_POSITIVE));
     // The thesis' way ends with ICP.
     let rounds = if config.method == Method::Ppf && !config.verification { 0 } else { 2 };
-    let sounder = survey.sensor == SensorKind::Mbes && blocks.len() >= FEWEST_BLOCKS;
+    let many = facts.map_or(blocks.len() >= FEWEST_BLOCKS, |f| f.fattening.is_some());
+    let sounder = survey.sensor == SensorKind::Mbes && many;
     let rounds = if sounder { rounds * 2 } else { rounds };
     let mut fattening: Option<Fattening> = None;
     for round in 0..rounds {
@@ -113,7 +117,8 @@ pub fn refine(
             let shown = blocks.iter().zip(&samples).flat_map(|(block, sample)| {
                 residuals(sample, &templates[block.template], &block.at)
             });
-            fattening = Some(Fattening::of(shown));
+            let known = facts.and_then(|f| f.fattening.clone());
+            fattening = Some(known.unwrap_or_else(|| Fattening::of(shown)));
         }
         blocks.par_iter_mut().zip(samples).for_each(|(block, mut sample)| {
             let template = &templates[block.template];
@@ -133,7 +138,7 @@ pub fn refine(
             }
         });
     }
-    members(&label(points, &grid, blocks, templates, measured, config), blocks.len())
+    (members(&label(points, &grid, blocks, templates, measured, config), blocks.len()), fattening)
 }
 
 /// The statement on one accepted block before it is judged, and the features it is judged by.
@@ -168,6 +173,7 @@ pub fn statement(
         runner_up: block.other_type.map(|(t, at)| (templates[t].id, distance(&templates[t], &at))),
         occlusion: Some(1.0 - visible_share(template, &block.at, measured)),
         covariance,
+        legs: None,
     };
     let verdict = Verdict::NotJudged(Guess::Fit(fit));
     (Recognised { block: InstanceId(0), points, verdict }, features)

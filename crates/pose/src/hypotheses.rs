@@ -4,7 +4,9 @@
 //! nothing is gained; refine what was accepted on all its points.
 
 use crate::acceptance::{Acceptance, Candidate, accept};
+use crate::beside::Rows;
 use crate::evidence::{reach_m, weigh};
+use crate::fattening::Fattening;
 use crate::finish::{Accepted, other_type, refine};
 use crate::ground::Ground;
 use crate::measured::Measured;
@@ -26,6 +28,8 @@ pub struct Found {
     pub(crate) points: Vec<Vec<u32>>,
     /// The bed the blocks leave.
     pub(crate) bed: Option<Ground>,
+    /// How a sounder was seen to err.
+    pub(crate) fattening: Option<Fattening>,
 }
 
 impl Prepared<'_> {
@@ -33,8 +37,14 @@ impl Prepared<'_> {
     pub fn recognise(&self, observer: &dyn Observer) -> Result<Found, PoseError> {
         let (config, measured) = (self.config, &self.measured);
         let tasks = self.tasks();
-        let mut stage =
-            Stage { templates: &self.templates, measured, config, seed: self.seed, observer };
+        let mut stage = Stage {
+            templates: &self.templates,
+            measured,
+            config,
+            seed: self.seed,
+            observer,
+            rows: Rows::default(),
+        };
         let mut candidates = stage.candidates(&tasks, 0)?;
         let (chosen, bed) = if config.verification {
             stage.chosen(&mut candidates)?
@@ -45,8 +55,8 @@ impl Prepared<'_> {
             }
             (chosen, None)
         };
-        let (blocks, points) = self.refined(&chosen, &candidates);
-        Ok(Found { tasks, candidates, blocks, points, bed })
+        let (blocks, points, fattening) = self.refined(&chosen, &candidates);
+        Ok(Found { tasks, candidates, blocks, points, bed, fattening })
     }
 
     /// Where blocks are looked for.
@@ -72,7 +82,7 @@ impl Prepared<'_> {
         &self,
         chosen: &[(usize, f32)],
         candidates: &[Origin],
-    ) -> (Vec<Accepted>, Vec<Vec<u32>>) {
+    ) -> (Vec<Accepted>, Vec<Vec<u32>>, Option<Fattening>) {
         let pool: Vec<Candidate> = candidates.iter().map(|c| c.1.clone()).collect();
         let accepted = |&(i, gain): &(usize, f32)| {
             let winner: &Candidate = &pool[i];
@@ -86,8 +96,10 @@ impl Prepared<'_> {
         };
         let mut blocks: Vec<Accepted> = chosen.iter().map(accepted).collect();
         let (templates, measured) = (&self.templates, &self.measured);
-        let points = refine(self.survey(), &mut blocks, &pool, templates, measured, self.config);
-        (blocks, points)
+        let (config, facts) = (self.config, self.facts);
+        let (points, fattening) =
+            refine(self.survey(), &mut blocks, &pool, templates, measured, config, facts);
+        (blocks, points, fattening)
     }
 }
 
@@ -108,6 +120,7 @@ struct Stage<'a> {
     config: &'a PoseConfig,
     seed: SeedTree,
     observer: &'a dyn Observer,
+    rows: Rows,
 }
 
 impl Stage<'_> {
@@ -258,7 +271,11 @@ impl Stage<'_> {
             accepted.len(),
             tasks.len()
         ));
-        self.candidates(&tasks, round)
+        let mut found = self.candidates(&tasks, round)?;
+        let config = &self.config.evidence;
+        let beside = self.rows.go_on(&accepted, self.templates, self.measured, config);
+        found.extend(beside.into_iter().map(|c| (None, c)));
+        Ok(found)
     }
 
     fn note(&self, message: String) {

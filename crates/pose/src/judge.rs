@@ -1,5 +1,6 @@
 //! Blocks compared with each other and with the survey, and what may be said of each.
 
+use crate::absolute::CommonSize;
 use crate::acceptance::Candidate;
 use crate::confidence::Features;
 use crate::evidence::reach_m;
@@ -8,13 +9,14 @@ use crate::finish::{self, statement};
 use crate::ground::Ground;
 use crate::hypotheses::Found;
 use crate::limbs::{Limb, judge_limbs};
+use crate::pile_facts::PileFacts;
 use crate::prepare::Prepared;
 use crate::recognise::Outcome;
 use crate::search::Task;
 use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
 use crate::verdict::{PileVerdict, is_wrong};
 use crate::{EvidenceConfig, STAGE, thesis};
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{Fit, Guess, InstanceId, Recognised, Verdict};
 
@@ -27,8 +29,7 @@ type Judged = (Recognised, Option<Features>);
 impl Prepared<'_> {
     /// States the blocks found. What a person should be told of the survey as a whole goes to the observer too.
     pub fn judge(&self, found: Found, observer: &dyn Observer) -> Outcome {
-        let mut outcome = self.stated(&found);
-        outcome.blocks.iter_mut().for_each(|(block, _)| self.canonical.given(&mut block.points));
+        let outcome = self.judge_part(&found, &|_| true);
         for message in outcome.pile.warnings() {
             observer.event(Event::Warned(Warning { stage: STAGE, message }));
         }
@@ -38,7 +39,14 @@ impl Prepared<'_> {
         outcome
     }
 
-    fn stated(&self, found: &Found) -> Outcome {
+    /// The same where only places for which `owns` holds count, without a word to anybody.
+    pub(crate) fn judge_part(&self, found: &Found, owns: &dyn Fn(Vec3) -> bool) -> Outcome {
+        let mut outcome = self.stated(found, owns);
+        outcome.blocks.iter_mut().for_each(|(block, _)| self.canonical.given(&mut block.points));
+        outcome
+    }
+
+    fn stated(&self, found: &Found, owns: &dyn Fn(Vec3) -> bool) -> Outcome {
         let config = &self.config.evidence;
         let (templates, measured) = (&self.templates[..], &self.measured);
         let pool: Vec<Candidate> = found.candidates.iter().map(|c| c.1.clone()).collect();
@@ -52,6 +60,7 @@ impl Prepared<'_> {
             measured,
             bed,
             config,
+            self.facts,
         );
         let state = |(block, points): (_, &Vec<u32>)| {
             let (block, features) =
@@ -63,18 +72,47 @@ impl Prepared<'_> {
         finish::judge(&mut blocks, config);
         // Of the blocks that are likely to be some: junk has any size.
         let confidence = |entry: usize| blocks[entry].0.fit().and_then(|f| f.confidence);
-        let size = context.size_of(|entry| confidence(entry).is_some_and(|c| c >= LIKELY));
+        let own_size = || context.size_of(|entry| confidence(entry).is_some_and(|c| c >= LIKELY));
+        let size = self.facts.map_or_else(own_size, |facts| facts.size);
         finish::state(&mut blocks, size.as_ref().is_some_and(is_wrong), config);
+        let (explained, standing) =
+            context.explained_where(|entry| blocks[entry].0.is_stated(), owns);
+        let facts = self.facts_of(found, context.of_the_pile(), size);
         let pile = PileVerdict {
-            explained: context.explained_by(|entry| blocks[entry].0.is_stated()),
+            explained: explained as f32 / (standing as f32).max(1.0),
             stated: blocks.iter().filter(|f| f.0.is_stated()).count(),
             size,
             not_a_block: 0,
             viewpoint: measured.viewpoint,
         };
         let limbs = self.limbs(found, &blocks);
-        let (open, closed) = self.not_judged(found, &blocks);
-        numbered(blocks, open, limbs, PileVerdict { not_a_block: closed, ..pile }, config)
+        let (open, closed) = self.not_judged(found, &blocks, owns);
+        let dropped = blocks.iter().zip(&found.blocks).filter(|((block, _), accepted)| {
+            !may_be_one(block, config) && owns(accepted.at.centre)
+        });
+        let pile = PileVerdict { not_a_block: closed + dropped.count(), ..pile };
+        Outcome { facts, standing, ..numbered(blocks, open, limbs, pile, config) }
+    }
+
+    /// Facts as given, or as these blocks show them.
+    fn facts_of(
+        &self,
+        found: &Found,
+        (typical_m, explained): (f32, f32),
+        size: Option<CommonSize>,
+    ) -> PileFacts {
+        let (measured, any) = (&self.measured, !found.blocks.is_empty());
+        self.facts.cloned().unwrap_or_else(|| PileFacts {
+            lines: None,
+            noise_sd_m: measured.noise_sd_m,
+            point_area_m2: measured.point_area_m2,
+            survey_spacing_m: measured.survey_spacing_m,
+            viewpoint: measured.viewpoint,
+            fattening: found.fattening.clone(),
+            typical_m: any.then_some(typical_m),
+            explained: any.then_some(explained),
+            size,
+        })
     }
 
     /// The legs of the stated blocks that have any, by the block's entry.
@@ -89,7 +127,12 @@ impl Prepared<'_> {
         stated.map(of).filter(|(_, limbs)| !limbs.is_empty()).collect()
     }
 
-    fn not_judged(&self, found: &Found, judged: &[Judged]) -> (Vec<Recognised>, usize) {
+    fn not_judged(
+        &self,
+        found: &Found,
+        judged: &[Judged],
+        owns: &dyn Fn(Vec3) -> bool,
+    ) -> (Vec<Recognised>, usize) {
         let mut taken = vec![false; self.survey().cloud.len()];
         for (block, _) in judged {
             for &i in &block.points {
@@ -112,7 +155,7 @@ impl Prepared<'_> {
             if !self.config.verification || may_hold_a_block(task, best, ground, &self.measured) {
                 blocks.push(self.without_verdict(task, best, points));
             } else {
-                closed += 1;
+                closed += usize::from(owns(task.centre));
             }
         }
         (blocks, closed)
@@ -143,21 +186,19 @@ fn numbered(
     mut found: Vec<Judged>,
     open: Vec<Recognised>,
     limbs: Vec<(usize, Vec<Limb>)>,
-    mut pile: PileVerdict,
+    pile: PileVerdict,
     config: &EvidenceConfig,
 ) -> Outcome {
-    let accepted = found.len();
     let kept: Vec<bool> = found.iter().map(|(block, _)| may_be_one(block, config)).collect();
     // Stated blocks are kept, so that those before one decide its number.
     let number = |entry: usize| kept[..=entry].iter().filter(|k| **k).count() as u32;
     let limbs = limbs.into_iter().map(|(entry, l)| (InstanceId(number(entry)), l)).collect();
     found.retain(|(block, _)| may_be_one(block, config));
-    pile.not_a_block += accepted - found.len();
     found.extend(open.into_iter().map(|block| (block, None)));
     for (n, (block, _)) in found.iter_mut().enumerate() {
         block.block = InstanceId(n as u32 + 1);
     }
-    Outcome { blocks: found, pile, limbs }
+    Outcome { blocks: found, pile, limbs, ..Outcome::default() }
 }
 
 /// Whether a person should look at an accepted block: it is stated or likely enough.

@@ -25,6 +25,8 @@ pub struct Levelled {
     pub lines: usize,
     /// Root mean square of the shifts taken out, metres.
     pub shift_m: f32,
+    /// The shift taken out of each line, by the line's number.
+    pub shifts: Vec<(u16, Vec3)>,
 }
 
 /// Lines with fewer points keep their place.
@@ -44,7 +46,8 @@ pub fn level(position: &[Vec3], line: &[u16], d_max_m: f32, noise_sd_m: f32) -> 
     if line.len() != position.len() {
         return None;
     }
-    let (entry, lines) = entries(line)?;
+    let (entry, numbers) = entries(line)?;
+    let lines = numbers.len();
     let mut shift = vec![Vec3::ZERO; lines];
     let mut moved = position.to_vec();
     let mut scatter_m = noise_sd_m;
@@ -74,11 +77,13 @@ pub fn level(position: &[Vec3], line: &[u16], d_max_m: f32, noise_sd_m: f32) -> 
         }
     }
     let shift_m = (shift.iter().map(|s| s.length_squared()).sum::<f32>() / lines as f32).sqrt();
-    Some(Levelled { position: moved, scatter_m, lines, shift_m })
+    let shifts = numbers.into_iter().zip(shift).collect();
+    Some(Levelled { position: moved, scatter_m, lines, shift_m, shifts })
 }
 
-/// Entry of every point's line in the list of lines that are moved; `None` for points of no line or a short one.
-fn entries(line: &[u16]) -> Option<(Vec<Option<u16>>, usize)> {
+/// Entry of every point's line in the list of lines that are moved (`None` for points of no line or a short one), and the
+/// numbers of those lines.
+fn entries(line: &[u16]) -> Option<(Vec<Option<u16>>, Vec<u16>)> {
     let mut count = vec![0_usize; usize::from(u16::MAX) + 1];
     for &l in line {
         count[usize::from(l)] += 1;
@@ -91,7 +96,8 @@ fn entries(line: &[u16]) -> Option<(Vec<Option<u16>>, usize)> {
     for (entry, &number) in numbers.iter().enumerate() {
         entry_of[number] = Some(entry as u16);
     }
-    Some((line.iter().map(|&l| entry_of[usize::from(l)]).collect(), numbers.len()))
+    let entry = line.iter().map(|&l| entry_of[usize::from(l)]).collect();
+    Some((entry, numbers.into_iter().map(|l| l as u16).collect()))
 }
 
 /// What a place says: the normal, and of every line there its entry, mean height and weight.

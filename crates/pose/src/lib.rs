@@ -9,6 +9,8 @@ pub mod rotation_grid;
 
 mod absolute;
 mod acceptance;
+mod beside;
+mod beyond;
 mod canonical;
 mod confidence;
 mod error;
@@ -24,6 +26,7 @@ mod leftovers;
 mod levelling;
 mod limbs;
 mod measured;
+mod pile_facts;
 mod prepare;
 mod recognise;
 mod rivals;
@@ -48,8 +51,11 @@ pub use config::{
 pub use error::PoseError;
 pub use hypotheses::Found;
 pub use limbs::{Limb, LimbState};
-pub use prepare::{Prepared, prepare};
-pub use recognise::{Outcome, recognise, recognise_pile, recognise_with_features};
+pub use pile_facts::{LineShifts, Part, PileFacts};
+pub use prepare::{Prepared, Templates, prepare};
+pub use recognise::{
+    Outcome, recognise, recognise_part, recognise_pile, recognise_with, recognise_with_features,
+};
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;
 

@@ -157,7 +157,7 @@ mod tests {
                 points.push(if gone { Vec3::new(x, y, -0.2) } else { p });
             }
             let survey = Survey { cloud: PointCloud::from_positions(points), ..Default::default() };
-            let measured = Measured::new(&survey, 0.04, template.model.d_max_m, 0.01, None);
+            let measured = Measured::new(&survey, 0.04, template.model.d_max_m, 0.01, None, None);
             judge_limbs(&block, template, &measured, 0.05).iter().map(|l| l.state).collect()
         };
         let whole = states(None);

@@ -5,6 +5,7 @@
 
 use crate::fit::FitPoint;
 use crate::ground::{Bed, lowest_plane};
+use crate::pile_facts::PileFacts;
 use crate::sight::Sight;
 use crate::viewpoint::{self, Viewpoint};
 use geom::{PointGrid, Thinned, Vec3, thin_from_lowest};
@@ -52,17 +53,19 @@ impl Measured {
         d_max_m: f32,
         noise_sd_m: f32,
         stated_bed: Option<Bed>,
+        facts: Option<&PileFacts>,
     ) -> Self {
         let all = &survey.cloud.position_m;
         let thinned = thin_from_lowest(all, cell_m);
         let position: Vec<Vec3> = thinned.kept.iter().map(|&i| all[i as usize]).collect();
         let grid = PointGrid::new(&position, cell_m * 2.0);
-        let point_area_m2 = point_area_of_m2(&position, &grid, cell_m);
+        let point_area_m2 =
+            facts.map_or_else(|| point_area_of_m2(&position, &grid, cell_m), |f| f.point_area_m2);
         let spacing_m = point_area_m2.sqrt();
-        let viewpoint = survey
-            .sensor_positions
-            .is_empty()
-            .then(|| viewpoint::likeliest(&position, spacing_m, d_max_m));
+        let viewpoint = survey.sensor_positions.is_empty().then(|| {
+            let known = facts.and_then(|f| f.viewpoint);
+            known.unwrap_or_else(|| viewpoint::likeliest(&position, spacing_m, d_max_m))
+        });
         let far = viewpoint.map_or(Vec3::Z, |v| v.toward);
         let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions, far);
         let to_sensor: Vec<Vec3> = position.iter().map(|&p| direction(p)).collect();
@@ -74,8 +77,10 @@ impl Measured {
         } else {
             geom::normals(&position, radius_m, &direction)
         };
-        let everything = PointGrid::new(all, cell_m * 2.0);
-        let survey_spacing_m = point_area_of_m2(all, &everything, cell_m).sqrt();
+        let survey_spacing_m = facts.map_or_else(
+            || point_area_of_m2(all, &PointGrid::new(all, cell_m * 2.0), cell_m).sqrt(),
+            |f| f.survey_spacing_m,
+        );
         let sight = Sight::new(&position, &survey.sensor_positions, far, spacing_m);
         // A depth camera's floor has gone with the bin (`walls`): a plane through what it sees lowest may be the front of
         // the very parts looked for.
@@ -209,7 +214,7 @@ mod tests {
             ..Default::default()
         };
         let mut survey = survey(SensorKind::Uav);
-        let measured = |survey: &Survey| Measured::new(survey, 0.05, 1.0, 0.01, None);
+        let measured = |survey: &Survey| Measured::new(survey, 0.05, 1.0, 0.01, None, None);
         assert!(measured(&survey).lowest.is_some());
         survey.sensor = SensorKind::DepthCamera;
         assert!(measured(&survey).lowest.is_none() && measured(&survey).solid.is_empty());

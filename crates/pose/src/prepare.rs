@@ -4,14 +4,16 @@ use crate::canonical::Canonical;
 use crate::ground::Bed;
 use crate::levelling::level;
 use crate::measured::{Measured, noise_of_m};
+use crate::pile_facts::PileFacts;
 use crate::template::{Template, templates};
 use crate::{PoseConfig, PoseError, STAGE};
 use geom::{Event, Observer, SeedTree};
 use scene::{Catalog, Segmentation, Survey};
+use std::sync::Arc;
 
 /// A survey made ready for its blocks to be recognised in. Everything in it is of the survey as a whole.
 pub struct Prepared<'a> {
-    pub(crate) templates: Vec<Template<'a>>,
+    pub(crate) templates: Arc<Vec<Template<'a>>>,
     pub(crate) config: &'a PoseConfig,
     pub(crate) measured: Measured,
     /// Chance has no say in what is found: the same draws whatever the user's seed.
@@ -19,6 +21,34 @@ pub struct Prepared<'a> {
     pub(crate) canonical: Canonical,
     /// The survey with its lines laid onto each other; `None` when its file tells no lines apart.
     levelled: Option<Survey>,
+    /// Facts of the whole, where this is a part of it.
+    pub(crate) facts: Option<&'a PileFacts>,
+}
+
+/// Block types made ready once, for many surveys: distance fields, samples of surfaces, rotations.
+pub struct Templates<'a> {
+    pub(crate) catalog: &'a Catalog,
+    pub(crate) config: PoseConfig,
+    all: Arc<Vec<Template<'a>>>,
+}
+
+impl<'a> Templates<'a> {
+    /// Makes all types of a catalogue ready. Errors: settings that make no sense, a mesh that is no solid.
+    pub fn new(catalog: &'a Catalog, config: &PoseConfig) -> Result<Self, PoseError> {
+        config.check()?;
+        let all = Arc::new(templates(catalog, config, seed())?);
+        Ok(Self { catalog, config: config.clone(), all })
+    }
+
+    /// Whether they were made with these settings.
+    pub fn are_of(&self, config: &PoseConfig) -> bool {
+        self.config == *config
+    }
+}
+
+/// The same draws whatever the user's seed.
+fn seed() -> SeedTree {
+    SeedTree::new(0).child("pose", 0)
 }
 
 /// Makes a survey ready; `None` for one without points. `segmentation` is of the same points.
@@ -30,25 +60,59 @@ pub fn prepare<'a>(
     config: &'a PoseConfig,
     observer: &dyn Observer,
 ) -> Result<Option<Prepared<'a>>, PoseError> {
+    prepare_with(survey, segmentation, catalog, config, None, observer)
+}
+
+/// The same for a part of a larger survey, with facts of the whole.
+pub(crate) fn prepare_with<'a>(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &'a Catalog,
+    config: &'a PoseConfig,
+    facts: Option<&'a PileFacts>,
+    observer: &dyn Observer,
+) -> Result<Option<Prepared<'a>>, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
-    let seed = SeedTree::new(0).child("pose", 0);
-    let templates = templates(catalog, config, seed)?;
+    let templates = Arc::new(templates(catalog, config, seed())?);
+    prepare_survey(survey, segmentation, config, templates, facts, observer)
+}
+
+/// The same with block types that are ready.
+pub(crate) fn prepare_ready<'a>(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    ready: &'a Templates,
+    observer: &dyn Observer,
+) -> Result<Option<Prepared<'a>>, PoseError> {
+    check_input(survey, segmentation, ready.catalog)?;
+    prepare_survey(survey, segmentation, &ready.config, ready.all.clone(), None, observer)
+}
+
+fn prepare_survey<'a>(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    config: &'a PoseConfig,
+    templates: Arc<Vec<Template<'a>>>,
+    facts: Option<&'a PileFacts>,
+    observer: &dyn Observer,
+) -> Result<Option<Prepared<'a>>, PoseError> {
+    let seed = seed();
     if survey.cloud.is_empty() {
         return Ok(None);
     }
-    let canonical = Canonical::new(survey, segmentation);
-    let levelled = config
-        .levelling
-        .then(|| levelled(&canonical.survey, &templates, config, observer))
-        .flatten();
+    let level_part = facts.and_then(|f| f.lines.as_ref()).map(|lines| lines.taken_out_of(survey));
+    let canonical = Canonical::new(level_part.as_ref().unwrap_or(survey), segmentation);
+    let own_lines = config.levelling && facts.is_none();
+    let levelled =
+        own_lines.then(|| levelled(&canonical.survey, &templates, config, observer)).flatten();
     let (survey, noise_sd_m) = match &levelled {
         Some((survey, noise_sd_m)) => (survey, Some(*noise_sd_m)),
         None => (&canonical.survey, None),
     };
-    let measured = measure(survey, &templates, config, noise_sd_m)?;
+    let measured = measure(survey, &templates, config, noise_sd_m, facts)?;
     let levelled = levelled.map(|l| l.0);
-    Ok(Some(Prepared { templates, config, measured, seed, canonical, levelled }))
+    Ok(Some(Prepared { templates, config, measured, seed, canonical, levelled, facts }))
 }
 
 impl Prepared<'_> {
@@ -109,11 +173,15 @@ fn measure(
     templates: &[Template],
     config: &PoseConfig,
     scatter_m: Option<f32>,
+    facts: Option<&PileFacts>,
 ) -> Result<Measured, PoseError> {
     let smallest = templates.iter().min_by(|a, b| a.model.d_max_m.total_cmp(&b.model.d_max_m));
     let model = smallest.expect("templates are made of a catalogue that is not empty").model;
-    let noise_sd_m =
-        config.noise_sd_m.or(scatter_m).unwrap_or_else(|| noise_of_m(survey, model.d_max_m));
+    let noise_sd_m = config
+        .noise_sd_m
+        .or(facts.map(|f| f.noise_sd_m))
+        .or(scatter_m)
+        .unwrap_or_else(|| noise_of_m(survey, model.d_max_m));
     let cell_m = config.search.working_cell * model.d_max_m;
     let survey_m = survey.cloud.bounds().size().max_element();
     let wrong =
@@ -122,5 +190,5 @@ fn measure(
         return Err(wrong());
     }
     let stated = config.bed.map(|plane| Bed { plane: plane.into(), relief_m: 0.1 * model.d_max_m });
-    Ok(Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, stated))
+    Ok(Measured::new(survey, cell_m, model.d_max_m, noise_sd_m, stated, facts))
 }

@@ -6,7 +6,8 @@
 
 use crate::confidence::Features;
 use crate::limbs::Limb;
-use crate::prepare::prepare;
+use crate::pile_facts::{Part, PileFacts};
+use crate::prepare::{Templates, prepare, prepare_ready, prepare_with};
 use crate::verdict::PileVerdict;
 use crate::{PoseConfig, PoseError};
 use geom::{Observer, SeedTree};
@@ -50,6 +51,10 @@ pub struct Outcome {
     pub pile: PileVerdict,
     /// The legs of the stated blocks that have any, with the number of the block.
     pub limbs: Vec<(InstanceId, Vec<Limb>)>,
+    /// What was measured on the whole of it, or given.
+    pub facts: PileFacts,
+    /// Working points that stand above the bed, of which [`PileVerdict::explained`] is a share.
+    pub standing: usize,
 }
 
 /// [`recognise`] with everything it knows. What a person should be told also goes to the observer.
@@ -65,4 +70,36 @@ pub fn recognise_pile(
     };
     let found = prepared.recognise(observer)?;
     Ok(prepared.judge(found, observer))
+}
+
+/// [`recognise_pile`] with block types that are ready.
+pub fn recognise_with(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    ready: &Templates,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
+    let Some(prepared) = prepare_ready(survey, segmentation, ready, observer)? else {
+        return Ok(Outcome::default());
+    };
+    let found = prepared.recognise(observer)?;
+    Ok(prepared.judge(found, observer))
+}
+
+/// [`recognise_pile`] of a part of a larger survey, with facts of the whole. What a person should be told of the whole is not said.
+pub fn recognise_part(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    catalog: &Catalog,
+    config: &PoseConfig,
+    part: &Part,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
+    let facts = Some(part.facts);
+    let Some(prepared) = prepare_with(survey, segmentation, catalog, config, facts, observer)?
+    else {
+        return Ok(Outcome::default());
+    };
+    let found = prepared.recognise(observer)?;
+    Ok(prepared.judge_part(&found, part.owns))
 }

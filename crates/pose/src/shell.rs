@@ -108,8 +108,22 @@ impl Shells {
 
     /// The same of the whole survey, by the blocks for which `counts` holds.
     pub fn explained_by(&self, counts: impl Fn(usize) -> bool) -> f32 {
-        let open = self.bed.iter().filter(|b| !**b).count();
-        let of_a_block = |e: &&u32| **e != u32::MAX && counts(**e as usize);
-        self.explained.iter().filter(of_a_block).count() as f32 / (open as f32).max(1.0)
+        let (explained, standing) = self.explained_where(counts, |_| true);
+        explained as f32 / (standing as f32).max(1.0)
+    }
+
+    /// How many of the working points for which `here` holds the blocks explain for which `counts` holds, and how many there are,
+    /// those of the bed aside.
+    pub fn explained_where(
+        &self,
+        counts: impl Fn(usize) -> bool,
+        here: impl Fn(usize) -> bool,
+    ) -> (usize, usize) {
+        let (mut explained, mut standing) = (0, 0);
+        for (i, &block) in self.explained.iter().enumerate().filter(|(i, _)| here(*i)) {
+            standing += usize::from(!self.bed[i]);
+            explained += usize::from(block != u32::MAX && counts(block as usize));
+        }
+        (explained, standing)
     }
 }

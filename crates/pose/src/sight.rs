@@ -40,6 +40,9 @@ const MOST_VIEWS: usize = 5;
 /// Pixels of one view at most.
 const MOST_PIXELS: usize = 4_000_000;
 
+/// Surface that looks at a sensor by less than this cosine may be seen or not.
+pub const LEAST_COSINE: f32 = 0.25;
+
 impl Sight {
     /// Depth images of the points from the positions, or from `far` away when there are none.
     pub fn new(points: &[Vec3], sensors: &[Vec3], far: Vec3, spacing_m: f32) -> Self {
@@ -61,7 +64,7 @@ impl Sight {
 
     /// The verdict of all views on a piece of surface at `p` with outward `normal`; `None` when it faces none.
     pub fn of_surface(&self, p: Vec3, normal: Vec3, margin_m: f32) -> Option<Seen> {
-        self.of_surface_facing(p, normal, margin_m, 0.25)
+        self.of_surface_facing(p, normal, margin_m, LEAST_COSINE)
     }
 
     /// The same, of views that the surface is turned to by more than this cosine.

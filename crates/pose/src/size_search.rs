@@ -181,7 +181,7 @@ impl Look<'_> {
         let d_max = template.model.d_max_m;
         let cell_m = self.config.search.working_cell * d_max;
         let noise = self.noise_sd_m / factor;
-        let measured = Measured::new(&smaller, cell_m, d_max, noise, None);
+        let measured = Measured::new(&smaller, cell_m, d_max, noise, None, None);
         let tasks = self.places(&measured, d_max);
         let mut config = self.config.clone();
         config.evidence.reach_sd = config.evidence.reach_sd.max(reach * d_max / noise);

@@ -1,5 +1,6 @@
 //! What is prepared once for each block type: its distance field, even samples of its surface, its rotations.
 
+use crate::beyond::has_flat_faces;
 use crate::thesis::PairTable;
 use crate::{Method, PoseConfig, PoseError, rotation_grid::rotation_grid};
 use geom::{DistanceField, PointGrid, Quat, SeedTree, Vec3};
@@ -28,6 +29,8 @@ pub struct Template<'a> {
     pub pairs: Option<PairTable>,
     /// Sampled surface for ICP, when it is asked for.
     pub cloud: Option<ModelCloud>,
+    /// Whether it is made of a few flat faces.
+    pub flat_faces: bool,
     /// Starts of the rotation search, one per physical orientation.
     pub rotations: Vec<Quat>,
 }
@@ -108,6 +111,7 @@ fn template<'a>(
         config.search.rotation_spacing_rad,
         config.search.max_rotations,
     );
+    let flat_faces = has_flat_faces(&surface);
     let inside = inside(model, &field, seed.child("inside", 0));
     let deepest_m = inside.iter().map(|&p| -field.distance_m(p)).fold(0.0, f32::max);
     Ok(Template {
@@ -121,6 +125,7 @@ fn template<'a>(
         sample_area_m2,
         pairs,
         cloud,
+        flat_faces,
         rotations,
     })
 }

@@ -21,6 +21,8 @@ pub struct PileVerdict {
 
 /// Blocks that explain less than this of what stands above the bed are no pile of these blocks.
 const UNLIKE: f32 = 0.2;
+/// From this deviation of the common size on it is warned of.
+const WARNED: f32 = 0.015;
 /// From this deviation of the common size on no block is stated.
 const REFUSED: f32 = 0.04;
 /// Deviations of so many standard deviations are significant.
@@ -43,6 +45,13 @@ impl PileVerdict {
         if let Some(size) = self.size.filter(is_wrong) {
             told.push(format!(
                 "the blocks fit {:.1} ± {:.1} % of the catalogue's size: none is stated, check size and unit",
+                100.0 * size.factor,
+                100.0 * size.factor_sd
+            ));
+        }
+        if let Some(size) = self.size.filter(|s| !is_wrong(s) && is_off(s, WARNED)) {
+            told.push(format!(
+                "the blocks fit {:.1} ± {:.1} % of the catalogue's size: hold it against drawing and unit",
                 100.0 * size.factor,
                 100.0 * size.factor_sd
             ));
@@ -74,8 +83,13 @@ impl PileVerdict {
 
 /// Whether a common size is significantly wrong.
 pub fn is_wrong(size: &CommonSize) -> bool {
+    is_off(size, REFUSED)
+}
+
+/// Whether a common size is significantly so far off.
+fn is_off(size: &CommonSize, least: f32) -> bool {
     let off = (size.factor - 1.0).abs();
-    off >= REFUSED && off > SIGNIFICANT * size.factor_sd
+    off >= least && off > SIGNIFICANT * size.factor_sd
 }
 
 #[cfg(test)]
@@ -89,6 +103,8 @@ mod tests {
         assert_eq!(right.warnings(), Vec::<String>::new());
         let large = PileVerdict { size: size(1.06, 0.004), ..right.clone() };
         assert!(large.wrong_size() && large.warnings()[0].contains("106.0 ± 0.4 %"));
+        let slightly = PileVerdict { size: size(1.02, 0.003), ..right.clone() };
+        assert!(!slightly.wrong_size() && slightly.warnings()[0].contains("102.0 ± 0.3 %"));
         let unsure = PileVerdict { size: size(1.06, 0.03), ..right.clone() };
         assert!(!unsure.wrong_size());
         let trees = PileVerdict { explained: 0.04, not_a_block: 7, ..right };

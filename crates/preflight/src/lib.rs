@@ -6,8 +6,10 @@ mod first_site;
 mod look;
 mod overlap;
 mod site_map;
+mod texture;
 
-pub use check::{Expected, Preflight, check};
+pub use check::{Expected, Preflight, SizeLook, SurfaceLook, check, step_objection};
 pub use first_site::{FirstSite, InitError, first_site};
 pub use look::SurveyLook;
 pub use site_map::{SiteMap, site_map};
+pub use texture::Texture;

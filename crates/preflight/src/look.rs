@@ -23,6 +23,10 @@ pub struct SurveyLook {
     pub left_out: Vec<(String, u64)>,
     /// Share of all points that are water, as far as the file classes them.
     pub water_share: f64,
+    /// Share of all points that are ground, and vegetation, as far as the file classes them; `None`: it does not.
+    pub ground_share: Option<f64>,
+    /// See `ground_share`.
+    pub vegetation_share: Option<f64>,
     /// Lower corner of the bulk: east, north, height, metres.
     pub low: [f64; 3],
     /// Upper corner.
@@ -45,6 +49,9 @@ pub struct SurveyLook {
     /// What the file says of its coordinates.
     #[serde(skip)]
     pub reference: FileCrs,
+    /// Whether `sample` holds every point.
+    #[serde(skip)]
+    pub whole: bool,
 }
 
 /// Every `stride`-th point, so that the whole is never held.
@@ -101,7 +108,7 @@ pub(crate) fn look(
         sample.add(&batch, inside);
         Ok(())
     })?;
-    let Sample { points, seen, .. } = sample;
+    let Sample { points, seen, stride } = sample;
     let mut left_out = meta.left_out.clone();
     if meta.invalid > 0 {
         *left_out.entry(Reason::Invalid).or_default() += meta.invalid;
@@ -125,6 +132,9 @@ pub(crate) fn look(
         file: file.display().to_string(),
         points: seen,
         water_share: share(&left_out, Reason::Class(9), seen),
+        ground_share: of_classes(&meta, &[2]),
+        vegetation_share: of_classes(&meta, &[3, 4, 5]),
+        whole: stride <= 1,
         left_out: left_out.iter().map(|(r, n)| (r.to_string(), *n)).collect(),
         notes: meta.notes.clone(),
         reference: meta.reference.clone(),
@@ -137,12 +147,27 @@ pub(crate) fn look(
     let unit = meta.reference.vertical_unit.as_ref().map_or(1.0, |u| u.metres);
     look.step_m = raw.step();
     let factor = if meta.reference.depth { -unit } else { unit };
+    if let Some(named) = meta.reference.vertical_unit.as_ref().filter(|u| !u.is_metre()) {
+        look.notes.push(format!("heights in the {named} count as metres (× {unit:.9})"));
+    }
+    if meta.reference.depth {
+        look.notes.push("depths count as heights".into());
+    }
     let turned = |p: DVec3| {
         let p = DVec3::new(p.x, p.y, p.z * factor + offset_m);
         if meta.named_axes { p } else { axis_order.east_north_up(p) }
     };
     measure(&mut look, raw.position.into_iter().map(turned).collect());
     Ok(look)
+}
+
+/// Share of the points that have these classes; `None` where the file classes nothing.
+fn of_classes(meta: &RawCloud, wanted: &[u8]) -> Option<f64> {
+    // 0 and 1 are "not classified".
+    meta.classes.keys().any(|class| *class > 1).then_some(())?;
+    let all: u64 = meta.classes.values().sum();
+    let own: u64 = wanted.iter().filter_map(|class| meta.classes.get(class)).sum();
+    Some(own as f64 / all.max(1) as f64)
 }
 
 fn share(left_out: &LeftOut, reason: Reason, read: u64) -> f64 {

@@ -129,3 +129,30 @@ fn a_first_site_from_a_survey_alone_can_be_answered() {
         first_site(&[folder.path().join("survey 1.laz")], Some("sealock 5t"), folder.path());
     assert!(unknown.unwrap_err().to_string().contains("tetrapod"));
 }
+
+#[test]
+fn heights_that_nothing_has_are_another_column() {
+    let turned = heap(DVec3::ZERO).into_iter().map(|p| DVec3::new(p.z, p.x, p.y)).collect();
+    let found =
+        looked(&site("EPSG:6679", &["a.laz"], ""), &[("a.laz", cloud(turned, "EPSG:6679"))]);
+    assert!(codes(&found).contains(&"heights"), "{found:?}");
+}
+
+/// `scale-0.1.las`: heights in steps of a tenth of a metre once gave two blocks of sixteen without a word that counts.
+#[test]
+fn scale_0_1_hides_a_block_and_is_refused() {
+    let stepped = |step: f64| {
+        let all = heap(DVec3::ZERO).into_iter();
+        all.map(|p| DVec3::new(p.x, p.y, (p.z / step).round() * step)).collect()
+    };
+    let look = |step: f64| {
+        let cloud = cloud(stepped(step), "EPSG:6679");
+        looked(&site("EPSG:6679", &["a.laz"], DESIGN), &[("a.laz", cloud)])
+    };
+    let coarse = look(0.1);
+    assert!(!coarse.can_be_answered && codes(&coarse).contains(&"step"), "{coarse:?}");
+    assert!(coarse.because[0].contains("steps of 0.1 m"), "{:?}", coarse.because);
+    let middling = look(0.05);
+    assert!(middling.can_be_answered && codes(&middling).contains(&"step"), "{middling:?}");
+    assert!(!codes(&look(0.001)).contains(&"step"));
+}

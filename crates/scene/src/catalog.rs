@@ -103,6 +103,11 @@ pub enum Shape {
         /// Length of a bar, metres.
         size: f32,
     },
+    /// A frame along the edges of a tetrahedron; V = 0.339 h³.
+    HollowTetrahedronLike {
+        /// Height on one face, metres.
+        size: f32,
+    },
     /// A bin part: a ring on a shank.
     EyeBolt {
         /// Length, metres.
@@ -142,6 +147,7 @@ impl Shape {
             | Self::XblocLike { size }
             | Self::AccropodeLike { size }
             | Self::SixLegLike { size }
+            | Self::HollowTetrahedronLike { size }
             | Self::EyeBolt { size }
             | Self::GearShaft { size }
             | Self::HoledPlate { size }

@@ -15,6 +15,7 @@ pub mod pile;
 pub mod plan;
 pub mod point_mark;
 pub mod quantity;
+pub mod ratings;
 pub mod recognised;
 pub mod review;
 pub mod same_block;
@@ -30,12 +31,15 @@ pub use instance::{CentreHypothesis, InstanceId, LabelledCloud, Segmentation};
 pub use memory::{MemoryBound, MemoryError};
 pub use model::{BlockModel, Catalog, ConvexPart, MOST_PARTS_ERROR, ModelId};
 pub use name::{LONGEST_NAME, NameError, check_name};
-pub use nominal::{NominalBlock, SIX_LEG_VOLUME, nominal_blocks, shape_of_name};
+pub use nominal::{
+    HOLLOW_TETRAHEDRON_VOLUME, NominalBlock, SIX_LEG_VOLUME, nominal_blocks, shape_of_name,
+};
 pub use pile::{Ground, PlacedBlock, Scene};
 pub use plan::{Placement, PlacementState, Plan, PlanSummary};
 pub use point_mark::{PointFlag, PointMark};
 pub use quantity::{AreaVolume, SectionQuantity};
-pub use recognised::{Covariance, Fit, Guess, Recognised, Verdict, stated};
+pub use ratings::{Better, BlockRating, RatedBlock, RatedPair, RatedPlace, Ratings, SIGNS};
+pub use recognised::{Covariance, Fit, Guess, Legs, Recognised, Verdict, stated};
 pub use review::{Decision, PlacementDecision, Review, ReviewedBlock, ReviewedPlacement};
 pub use same_block::{PoseError, PoseLimits, PosedModel, is_right, same_block};
 pub use shape_signature::ShapeSignature;

@@ -12,7 +12,7 @@ pub struct MemoryBound {
 }
 
 /// Less than this the program itself takes.
-const LEAST_BYTES: u64 = 200_000_000;
+const LEAST_BYTES: u64 = 250_000_000;
 
 /// Units, the longer ones first: `GiB` ends with `B` too.
 const UNITS: [(&str, f64); 6] = [
@@ -32,7 +32,7 @@ pub enum MemoryError {
     #[error("`{0}` is no amount of memory: write e.g. 4GB or 512MB")]
     NoAmount(String),
     /// The program does not fit.
-    #[error("`{0}` is too little memory: the program alone takes 200MB")]
+    #[error("`{0}` is too little memory: the program alone takes 250MB")]
     TooLittle(String),
 }
 

@@ -39,7 +39,10 @@ struct Kind {
 /// Volume of the six-leg unit over the cube of its length.
 pub const SIX_LEG_VOLUME: f32 = 0.176;
 
-const KINDS: [Kind; 8] = [
+/// Volume of the hollow tetrahedron over the cube of its height.
+pub const HOLLOW_TETRAHEDRON_VOLUME: f32 = 0.339;
+
+const KINDS: [Kind; 9] = [
     Kind { name: "tetrapod", volume: 0.28, shape: |size| Shape::Tetrapod { size } },
     Kind { name: "dolos", volume: 0.16, shape: |size| Shape::Dolos { size } },
     Kind { name: "cube", volume: 1.0, shape: |size| Shape::Cube { size } },
@@ -48,6 +51,11 @@ const KINDS: [Kind; 8] = [
     Kind { name: "xbloc-like", volume: 1.0 / 3.0, shape: |size| Shape::XblocLike { size } },
     Kind { name: "accropode-like", volume: 0.34, shape: |size| Shape::AccropodeLike { size } },
     Kind { name: "six-leg-like", volume: SIX_LEG_VOLUME, shape: |size| Shape::SixLegLike { size } },
+    Kind {
+        name: "hollow-tetrahedron-like",
+        volume: HOLLOW_TETRAHEDRON_VOLUME,
+        shape: |size| Shape::HollowTetrahedronLike { size },
+    },
 ];
 
 /// One block of the list.

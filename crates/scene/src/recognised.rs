@@ -53,6 +53,20 @@ pub struct Fit {
     pub occlusion: Option<f32>,
     /// How well the points hold the pose.
     pub covariance: Option<Covariance>,
+    /// What was seen of its legs; `None` for compact blocks and where nobody looked.
+    #[serde(default)]
+    pub legs: Option<Legs>,
+}
+
+/// What was seen of the legs of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Legs {
+    /// Legs whose surface was measured.
+    pub seen: u8,
+    /// Legs that lie behind something, or where nothing was measured.
+    pub hidden: u8,
+    /// Legs that a sensor looked through: broken off, most likely.
+    pub missing: u8,
 }
 
 /// Covariance of a pose: (tx, ty, tz, rx, ry, rz), m and rad, row-major 6×6, symmetric; a shift of the block's centre along
@@ -122,6 +136,7 @@ impl Fit {
             runner_up: None,
             occlusion: None,
             covariance: None,
+            legs: None,
         }
     }
 

@@ -4,10 +4,12 @@
 mod abort;
 mod fault;
 mod flags;
+mod language;
 mod terminal;
 mod watch;
 
 pub use flags::Output;
+pub use language::Language;
 pub use terminal::Terminal;
 
 use std::process::ExitCode;
@@ -15,7 +17,13 @@ use tsumu::{Error, Kind, Result};
 
 /// Runs a command and ends as it does: 0 done, 1 failed or stopped, 2 what the user gave is wrong.
 pub fn end(terminal: &Terminal, command: impl FnOnce() -> Result<()>) -> ExitCode {
-    match fault::caught(command) {
+    let ended = fault::caught(command).and_then(|()| match terminal::lost_lines() {
+        None => Ok(()),
+        Some(why) => Err(Error::failed(anyhow::anyhow!(
+            "cannot write to standard output: {why}; the files of the result are written, what was to be printed is not"
+        ))),
+    });
+    match ended {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let code = code(&error);
@@ -29,5 +37,7 @@ fn code(error: &Error) -> u8 {
     match error.kind() {
         Kind::BadInput => 2,
         Kind::Failed | Kind::Stopped => 1,
+        // EX_TEMPFAIL of sysexits.h: what schedulers take for "try again".
+        Kind::TryAgain => 75,
     }
 }

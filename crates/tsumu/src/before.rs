@@ -1,5 +1,6 @@
 //! Before a run: a site looked at, all complaints at once; and a first site from surveys alone.
 
+use crate::block_look::look_closely;
 use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
 use geom::{Event, Observer, Warning};
@@ -10,14 +11,20 @@ use std::path::{Path, PathBuf};
 /// Doubts that reading the site says again.
 const SAID_WHEN_READ: [&str; 4] = ["block", "strays", "crs-not-used", "vertical-differs"];
 
-/// Looks at a site folder without computing anything: every complaint, and whether an answer can be given.
+/// Looks at a site folder: every complaint, and whether an answer can be given. Where nothing rules one out, blocks are sought in a
+/// part of the surveys and their size held against the catalogue's.
 pub fn check(folder: &Path, job: &Job) -> Preflight {
-    job.install(|| preflight::check(folder, job))
+    let mut found = job.install(|| preflight::check(folder, job));
+    if found.can_be_answered {
+        look_closely(folder, &mut found, job);
+    }
+    found
 }
 
-/// The same as the first part of a run: doubts are warned of. Error: no answer can be given; every reason is a line of it.
+/// The same as the first part of a run, which tells the blocks' size itself: doubts are warned of. Error: no answer can be given;
+/// every reason is a line of it.
 pub fn check_first(folder: &Path, job: &Job) -> Result<()> {
-    let found = check(folder, job);
+    let found = job.install(|| preflight::check(folder, job));
     let cannot = cannot(&found);
     let doubts = found.complaints.iter().filter(|c| c.severity == Severity::Warning);
     // A site that goes on to be read warns of some itself.

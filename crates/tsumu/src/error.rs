@@ -12,6 +12,8 @@ pub enum Kind {
     Failed,
     /// The user asked to stop.
     Stopped,
+    /// What failed or was stopped may well go the next time: a disk, a network, a machine that was taken away.
+    TryAgain,
 }
 
 /// An error of any stage or file with its causes.
@@ -43,6 +45,14 @@ impl Error {
     /// The user asked to stop.
     pub fn stopped(cause: impl Into<anyhow::Error>) -> Self {
         Self { kind: Kind::Stopped, cause: cause.into() }
+    }
+
+    /// The same where a second try costs little and may mend what is not the fault of what was given.
+    pub(crate) fn worth_another_try(self) -> Self {
+        match self.kind {
+            Kind::Failed | Kind::Stopped => Self { kind: Kind::TryAgain, ..self },
+            Kind::BadInput | Kind::TryAgain => self,
+        }
     }
 
     /// Several complaints about the user's files, one a line; `None` without any.

@@ -83,16 +83,18 @@ pub(crate) fn local_survey(
         crs: crs.to_string(),
         vertical_datum: vertical_datum.to_string(),
     };
-    let mut survey = Survey { frame, sensor: noisiest(raw), ..Survey::default() };
+    let mut survey =
+        Survey { frame, sensor: noisiest(raw.iter().map(|r| r.sensor)), ..Survey::default() };
+    // Points live once: tens of millions of them are most of a run's memory.
+    let mut positions = Vec::with_capacity(raw.iter().map(|part| part.position.len()).sum());
     for part in raw {
         let local = |p: &DVec3| survey.frame.local_from_site(to_site(*p, part));
-        let positions: Vec<_> = part.position.iter().map(local).collect();
         let sensors: Vec<_> = part.sensor_position.iter().map(local).collect();
-        survey.cloud.position_m.extend(positions);
+        positions.extend(part.position.iter().map(local));
         survey.sensor_positions.extend(sensors);
     }
     survey.line = joined_lines(raw)?;
-    survey.cloud = PointCloud::from_positions(survey.cloud.position_m);
+    survey.cloud = PointCloud::from_positions(positions);
     Ok(survey)
 }
 
@@ -119,7 +121,7 @@ fn joined_lines(raw: &[RawSurvey]) -> Result<Vec<u16>, SurveyError> {
 }
 
 /// Within 10 m of the middle for projected coordinates, zero for coordinates that f32 holds to 10 µm anyway.
-fn round_origin(low: DVec3, high: DVec3) -> DVec3 {
+pub(crate) fn round_origin(low: DVec3, high: DVec3) -> DVec3 {
     let one = |low: f64, high: f64| {
         let middle = (low + high) / 2.0;
         if low.abs().max(high.abs()) < 100.0 { 0.0 } else { (middle / 10.0).round() * 10.0 }
@@ -127,10 +129,11 @@ fn round_origin(low: DVec3, high: DVec3) -> DVec3 {
     DVec3::new(one(low.x, high.x), one(low.y, high.y), one(low.z, high.z))
 }
 
-fn noisiest(raw: &[RawSurvey]) -> SensorKind {
+/// The kind with the most noise decides what noise is expected.
+pub(crate) fn noisiest(kinds: impl Iterator<Item = SensorKind>) -> SensorKind {
     let noise = |kind: SensorKind| kind.noise_sd_m(0.0);
     let noisier = |a: SensorKind, b: SensorKind| if noise(b) > noise(a) { b } else { a };
-    raw.iter().map(|r| r.sensor).reduce(noisier).unwrap_or_default()
+    kinds.reduce(noisier).unwrap_or_default()
 }
 
 #[cfg(test)]

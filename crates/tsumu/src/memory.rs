@@ -1,5 +1,6 @@
 //! Whether a run fits into the memory it may take: asked from headers and sizes before anything is paid for.
 
+use crate::tiles::MOST_POINTS;
 use crate::{Error, Result};
 use anyhow::anyhow;
 use io::IoError;
@@ -9,10 +10,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The program with weights, catalogue and threads, before the first point.
-const PROGRAM_BYTES: u64 = 150_000_000;
-/// Peak of a whole run a point of its surveys: positions as the file has them, in the local frame, labels, and the clouds that
+const PROGRAM_BYTES: u64 = 220_000_000;
+/// Peak of a whole run a point of its surveys with their blocks: positions as the file has them, in the local frame, labels, and the clouds that
 /// are written (docs/bench/files.md has the measurements).
-const POINT_BYTES: u64 = 130;
+const POINT_BYTES: u64 = 180;
+/// The same where the site is cut into tiles: positions and labels alone are held of all points.
+const POINT_BYTES_IN_TILES: u64 = 70;
 
 /// What bounds the memory of a job, once its site or its command has said so. Whoever watches the program asks it; clones are
 /// of the same job.
@@ -42,9 +45,12 @@ pub(crate) struct Need {
 impl Need {
     /// Peak memory, bytes.
     pub fn bytes(self) -> u64 {
-        PROGRAM_BYTES
-            .saturating_add(self.points.saturating_mul(POINT_BYTES))
-            .saturating_add(self.raster_bytes)
+        PROGRAM_BYTES.saturating_add(self.point_bytes()).saturating_add(self.raster_bytes)
+    }
+
+    fn point_bytes(self) -> u64 {
+        let whole = self.points.min(MOST_POINTS as u64) * POINT_BYTES;
+        whole.max(self.points.saturating_mul(POINT_BYTES_IN_TILES))
     }
 
     /// Refuses what does not fit.

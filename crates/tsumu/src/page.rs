@@ -1,16 +1,19 @@
 //! Puts a run's values into the report. Labels are in both languages of the page.
 
-use crate::drawings::{Drawings, why};
+use crate::drawings::Drawings;
 use crate::planning::Planned;
+use crate::ratings::WeightRecord;
 use crate::recognition::Recognition;
 use crate::review::ReviewRecord;
 use crate::summary::{CountRange, PlannedSummary, RecogniseSummary};
+use crate::unfilled::why;
 use crate::{Result, Site, sheet_font};
 use geom::{DVec3, Vec2, Warning};
 use io::manifest::Manifest;
+use metrics::Split;
 use report::{
-    Alignment, Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
-    SectionLineKind, SheetSet, Surfaces, Text, UnfilledWindow,
+    Alignment, Count, Figure, Histogram, MapLayer, Outline, Rating, RatingPlace, RatingWeight,
+    ReportInput, Section, SectionLine, SectionLineKind, SheetSet, Surfaces, Text, UnfilledWindow,
 };
 use scene::{Catalog, Recognised, Review, SiteFrame, Survey};
 use std::path::Path;
@@ -80,11 +83,19 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
     page.review = input.review;
     page.histograms = block_histograms(&recognition.blocks);
     page.assumptions = survey_assumptions(site);
+    page.assumptions.extend(site.size_sentence(recognition).map(|said| {
+        Text::new(
+            format!("Size of the blocks as the survey shows it: {said}."),
+            format!("測量から推定した寸法：{said}"),
+        )
+    }));
     page.warnings =
         input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
     page.provenance = input.manifest.map(provenance).unwrap_or_default();
     let Some((planned, drawings)) = input.planned else {
-        page.figures = [found_figures(&recognised), survey_figures(&recognised)].concat();
+        page.figures =
+            [found_figures(&recognised), survey_figures(&recognised), check_figures(&recognised)]
+                .concat();
         return shown(&page);
     };
     let works = site.works(&recognition.blocks, site.needed_design()?);
@@ -93,8 +104,13 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
     page.plan = Some(&planned.plan);
     page.point_distance_m = &distance;
     page.count = Some(count(planned));
-    page.figures =
-        [found_figures(&recognised), plan_figures(&summary), survey_figures(&recognised)].concat();
+    page.figures = [
+        found_figures(&recognised),
+        plan_figures(&summary),
+        survey_figures(&recognised),
+        check_figures(&recognised),
+    ]
+    .concat();
     page.assumptions.extend(plan_assumptions(site));
     page.outlines = drawings.design_lines.iter().map(outline).collect();
     page.alignment = alignment(drawings, &site.survey.frame);
@@ -104,7 +120,8 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
         planned: Some(&drawings.surfaces.planned),
         ground: Some(&drawings.bed),
     });
-    page.unfilled = drawings.unfilled.iter().map(unfilled).collect();
+    page.unfilled = planned.unfilled.iter().map(unfilled).collect();
+    page.rating = rating(site, &works, planned)?;
     page.maps = maps(drawings);
     page.sections = sections(drawings);
     page.histograms.push(Histogram {
@@ -126,6 +143,42 @@ fn shown(page: &ReportInput) -> Result<Page> {
 
 fn outline((closed, points): &(bool, Vec<geom::Vec3>)) -> Outline {
     Outline { label: Text::new("Design", "計画線"), points: points.clone(), closed: *closed }
+}
+
+/// Pairs the page asks to choose from.
+const PAIRS: usize = 6;
+
+/// What people who build may rate: plans of policy `search`, whose signs these are.
+fn rating<'a>(
+    site: &'a Site,
+    works: &pipeline::Works,
+    planned: &Planned,
+) -> Result<Option<Rating<'a>>> {
+    let (pile, plan) = (&planned.pile, &planned.plan);
+    if site.config.plan.policy != plan::Policy::Search || plan.placements.is_empty() {
+        return Ok(None);
+    }
+    let (config, seed) = (&site.config, geom::SeedTree::new(site.seed));
+    let asked = (&site.posterior(), PAIRS);
+    let pairs = pipeline::pairs_to_choose(works, pile, config, asked, seed)?;
+    let place = |c: &plan::Candidate| RatingPlace {
+        model: c.placement.model,
+        pose: c.placement.rest,
+        signs: c.signs,
+    };
+    let weight = |w: &WeightRecord| RatingWeight {
+        sign: w.sign.clone(),
+        today: w.today,
+        learned: [w.learned, w.sd],
+        moved_by: [w.raised_by, w.lowered_by],
+    };
+    Ok(Some(Rating {
+        site: &site.name,
+        signs: pipeline::signs_of_plan(works, pile, plan, config)?,
+        pairs: pairs.iter().map(|p| [place(&p.a), place(&p.b)]).collect(),
+        given: site.ratings.as_ref(),
+        weights: site.learned.iter().flat_map(|l| l.weights.iter().map(weight)).collect(),
+    }))
 }
 
 /// The line sections stand on; `None` where the works have none.
@@ -224,7 +277,7 @@ fn fixed(value: Option<f64>, digits: usize, scale: f64) -> String {
 }
 
 fn found_figures(r: &RecogniseSummary) -> Vec<Figure> {
-    vec![
+    let mut figures = vec![
         Figure::new(
             Text::new("Blocks recognised", "認識したブロック"),
             r.recognised_blocks.to_string(),
@@ -235,7 +288,15 @@ fn found_figures(r: &RecogniseSummary) -> Vec<Figure> {
             r.not_judged_blocks.to_string(),
             "",
         ),
-    ]
+    ];
+    if r.damaged_blocks > 0 {
+        let label = Text::new("Blocks that lack a leg", "脚の欠けたブロック");
+        figures.push(Figure::new(label, r.damaged_blocks.to_string(), "").with_note(Text::new(
+            "stated blocks of which a sensor looked through a leg",
+            "脚の位置をセンサーが素通ししたもの",
+        )));
+    }
+    figures
 }
 
 fn survey_figures(r: &RecogniseSummary) -> Vec<Figure> {
@@ -247,6 +308,45 @@ fn survey_figures(r: &RecogniseSummary) -> Vec<Figure> {
             "mm",
         ),
         Figure::new(Text::new("Matching rate", "一致率"), fixed(r.matching_rate, 1, 100.0), "%"),
+    ]
+}
+
+/// How far both halves of the survey agree.
+fn check_figures(r: &RecogniseSummary) -> Vec<Figure> {
+    let Some(check) = &r.self_check else { return Vec::new() };
+    let (en, ja) = match check.split {
+        Split::Lines => ("every other survey line", "測線を一本おきに分割"),
+        Split::Points => ("every other point", "点を一点おきに分割"),
+    };
+    let wide = |v: Option<f32>| v.map(f64::from);
+    vec![
+        Figure::new(
+            Text::new("Self-check: agreement of halves", "自己点検：半分どうしの一致率"),
+            fixed(wide(check.agreement()), 1, 100.0),
+            "%",
+        )
+        .with_note(Text::new(
+            format!(
+                "{en}; {} and {} blocks stated, {} by both",
+                check.stated[0], check.stated[1], check.matched
+            ),
+            format!("{ja}；各{}・{}個、一致{}個", check.stated[0], check.stated[1], check.matched),
+        )),
+        Figure::new(
+            Text::new("Self-check: places apart, median", "自己点検：位置の差（中央値）"),
+            fixed(wide(check.median_displacement_m), 1, 1000.0),
+            "mm",
+        ),
+        Figure::new(
+            Text::new("Self-check: places apart, 95 %", "自己点検：位置の差（95 %）"),
+            fixed(wide(check.p95_displacement_m), 1, 1000.0),
+            "mm",
+        ),
+        Figure::new(
+            Text::new("Self-check: turns apart, 95 %", "自己点検：回転の差（95 %）"),
+            fixed(wide(check.p95_turn_rad), 2, 180.0 / std::f64::consts::PI),
+            "°",
+        ),
     ]
 }
 

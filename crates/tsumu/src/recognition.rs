@@ -5,6 +5,7 @@ use crate::review::{self, ReviewRecord};
 use crate::weights::{self, Chosen, WeightsOrigin};
 use crate::{Job, Result, Site};
 use geom::SeedTree;
+use metrics::Repeatability;
 use pipeline::{PileVerdict, Recogniser};
 use scene::{Recognised, Segmentation};
 use std::path::PathBuf;
@@ -14,6 +15,8 @@ use std::path::PathBuf;
 pub struct RecogniseOptions {
     /// A weights file, a training's folder, or shipped weights by name; `None`: the shipped ones that suit the catalogue.
     pub weights: Option<PathBuf>,
+    /// Also recognise both halves of the survey and tell how far they agree; takes twice as long.
+    pub self_check: bool,
 }
 
 /// Which block every point belongs to, and the blocks.
@@ -29,6 +32,8 @@ pub struct Recognition {
     pub weights: WeightsOrigin,
     /// The review that the blocks follow, with what it changed.
     pub review: Option<ReviewRecord>,
+    /// How far both halves of the survey agree, where that was asked for.
+    pub self_check: Option<Repeatability>,
 }
 
 /// Labels of a survey's points.
@@ -66,7 +71,7 @@ impl Site {
     /// Recognises the blocks of the site's surveys; the site's review stands.
     pub fn recognise(&self, options: &RecogniseOptions, job: &Job) -> Result<Recognition> {
         let chosen = weights::choose(options.weights.as_deref(), &self.catalog, job)?;
-        job.install(|| self.recognise_in_parts(&chosen, &Parts::none(job)))
+        job.install(|| self.recognise_in_parts(&chosen, options, &Parts::none(job)))
     }
 
     /// Labels every point with the block it belongs to, and the weights that said so.
@@ -75,17 +80,34 @@ impl Site {
         options: &RecogniseOptions,
         job: &Job,
     ) -> Result<(Segments, WeightsOrigin)> {
+        let (found, origin) = self.segmentation(options, job)?;
+        Ok((found.into(), origin))
+    }
+
+    /// The same with all the network says: the places where a block's centre may be, each with its points.
+    pub fn segmentation(
+        &self,
+        options: &RecogniseOptions,
+        job: &Job,
+    ) -> Result<(Segmentation, WeightsOrigin)> {
         let chosen = weights::choose(options.weights.as_deref(), &self.catalog, job)?;
         let found = job.install(|| self.recogniser(&chosen, job).segments(&self.survey))?;
-        Ok((found.into(), chosen.origin))
+        Ok((found, chosen.origin))
     }
 
     /// The same in parts that an interrupted run keeps.
-    pub(crate) fn recognise_in_parts(&self, chosen: &Chosen, parts: &Parts) -> Result<Recognition> {
+    pub(crate) fn recognise_in_parts(
+        &self,
+        chosen: &Chosen,
+        options: &RecogniseOptions,
+        parts: &Parts,
+    ) -> Result<Recognition> {
         let job = parts.job();
         let recogniser = self.recogniser(chosen, job);
         let segments = parts.part("segment", || recogniser.foreground_segments(&self.survey))?;
         let mut found = parts.part("recognise", || recogniser.blocks(&self.survey, segments))?;
+        let check = || parts.part("self-check", || self.self_check(chosen, job));
+        let self_check = options.self_check.then(check).transpose()?;
         let review = review::apply(
             self.review.as_ref(),
             &self.catalog,
@@ -99,10 +121,11 @@ impl Site {
             pile: found.pile,
             weights: chosen.origin.clone(),
             review,
+            self_check,
         })
     }
 
-    fn recogniser<'a>(&'a self, chosen: &'a Chosen, job: &'a Job) -> Recogniser<'a> {
+    pub(crate) fn recogniser<'a>(&'a self, chosen: &'a Chosen, job: &'a Job) -> Recogniser<'a> {
         Recogniser {
             catalog: &self.catalog,
             model: &chosen.model,

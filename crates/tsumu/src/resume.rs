@@ -75,6 +75,11 @@ impl<'a> Parts<'a> {
         self.job
     }
 
+    /// A folder of a part that keeps itself, another for every key; `None`: nothing is kept.
+    pub fn folder(&self, part: &str) -> Option<PathBuf> {
+        self.kept.as_ref().map(|kept| kept.folder.join(format!("{part}-{}", &kept.key[..16])))
+    }
+
     /// The value of a part: kept, or made by `work` and kept from now on. Its warnings come either way.
     pub fn part<T: Serialize + DeserializeOwned, E: Into<Error>>(
         &self,
@@ -104,22 +109,37 @@ impl<'a> Parts<'a> {
 
 impl Kept {
     fn write<T: Serialize>(&self, path: &Path, warnings: &[String], value: &T) -> Result<()> {
-        let mut bytes = vec![0; HASH_BYTES];
-        ciborium::into_writer(&Written { key: &self.key, warnings, value }, &mut bytes)?;
-        let hash = io::manifest::hash(&bytes[HASH_BYTES..]);
-        bytes[..HASH_BYTES].copy_from_slice(&hash);
+        let (_, bytes) = write_hashed(&Written { key: &self.key, warnings, value })?;
         Ok(io::atomic::write_bytes(path, &bytes)?)
     }
 
     fn read<T: DeserializeOwned>(&self, path: &Path) -> Option<Read<T>> {
         // A pipe of this name would be waited for.
-        let bytes = io::read_bytes(path, MOST_BYTES).ok()?;
-        let (hash, content) = bytes.split_at_checked(HASH_BYTES)?;
-        if hash != io::manifest::hash(content) {
-            return None;
-        }
-        ciborium::from_reader(content).ok().filter(|kept: &Read<T>| kept.key == self.key)
+        let (_, kept) = read_hashed(&io::read_bytes(path, MOST_BYTES).ok()?)?;
+        Some(kept).filter(|kept: &Read<T>| kept.key == self.key)
     }
+}
+
+/// A value as bytes with their hash before them, and the first digits of that.
+pub(crate) fn write_hashed<T: Serialize>(value: &T) -> Result<(String, Vec<u8>)> {
+    let mut bytes = vec![0; HASH_BYTES];
+    ciborium::into_writer(value, &mut bytes)?;
+    let hash = io::manifest::hash(&bytes[HASH_BYTES..]);
+    bytes[..HASH_BYTES].copy_from_slice(&hash);
+    Ok((digits(&hash), bytes))
+}
+
+/// The way back; `None` for bytes that are not as they were written.
+pub(crate) fn read_hashed<T: DeserializeOwned>(bytes: &[u8]) -> Option<(String, T)> {
+    let (hash, content) = bytes.split_at_checked(HASH_BYTES)?;
+    if hash != io::manifest::hash(content) {
+        return None;
+    }
+    Some((digits(hash), ciborium::from_reader(content).ok()?))
+}
+
+fn digits(hash: &[u8]) -> String {
+    hash[..8].iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A folder of no parts goes, before the lock does. Failing to tidy is no failure.

@@ -201,7 +201,11 @@ fn decided(
     let fit = match found {
         Some(fit) => {
             let same = same_pose(fit, catalog, model, &pose);
-            Fit { covariance: fit.covariance.filter(|_| same), ..fit.clone() }
+            Fit {
+                covariance: fit.covariance.filter(|_| same),
+                legs: fit.legs.filter(|_| same),
+                ..fit.clone()
+            }
         }
         None => Fit {
             fitness_m: said.fitness_m,

@@ -1,17 +1,19 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
+use crate::block_size::entry_sizes_m;
 use crate::error::OrBadInput;
 use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
+use crate::ratings::{self, RatingsRecord};
 use crate::surveys::{self, Clouds, Joined};
-use crate::{Error, Job, Result, Settings, catalogue, settings};
+use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::{DVec3, Event, Observer, Warning};
+use geom::{Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, Survey};
+use scene::{Catalog, DesignSurface, Ground, MemoryBound, Ratings, Review, SiteFrame, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -43,6 +45,10 @@ pub struct Site {
     pub ground: Option<Ground>,
     /// What a reviewer decided of an earlier run.
     pub review: Option<Review>,
+    /// What people think of the blocks of earlier plans.
+    pub ratings: Option<Ratings>,
+    /// What was learned from that.
+    pub learned: Option<RatingsRecord>,
     /// Settings of all stages.
     pub config: Config,
     /// Root of all random choices.
@@ -53,6 +59,8 @@ pub struct Site {
     pub inputs: BTreeMap<String, Entry>,
     /// Where those files lie.
     pub(crate) input_files: Vec<PathBuf>,
+    /// The measure that each entry of the catalogue states, metres: a shape's `size`, a mesh's longest edge.
+    pub(crate) entry_sizes_m: Vec<f32>,
     /// The points' places in their file, where one file with records is the whole survey.
     pub(crate) records: Option<OwnRecords>,
 }
@@ -93,12 +101,20 @@ impl Site {
             input_files.push(review_file.clone());
         }
         let review = io::review::read(&review_file).or_bad_input()?;
+        let ratings = ratings::read(&files.folder)?;
+        if ratings.is_some() {
+            let file = files.folder.join(io::ratings::FILE);
+            inputs.insert(io::ratings::FILE.into(), entry(&file).or_bad_input()?);
+            input_files.push(file);
+        }
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
-        let Joined { survey, mut references, records } = surveys::of_site(&files, job)?;
+        let entry_sizes_m = entry_sizes_m(&files.catalog, &catalog);
+        let Joined { survey, mut references, steps_m, records } = surveys::of_site(&files, job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
-        let ground = ground(&files, &survey);
-        let site = Self {
+        let ground = ground(&files, &survey.frame);
+        let mut site = Self {
             name: files.spec.name.clone(),
             survey_date: files.spec.survey_date.clone(),
             design,
@@ -108,13 +124,17 @@ impl Site {
             catalog,
             survey,
             review,
+            ratings,
+            learned: None,
             config: config.with_ground(ground.as_ref()),
             ground,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
+        site.learn(job)?;
         Ok(site)
     }
 
@@ -135,8 +155,11 @@ impl Site {
             inputs.insert(portable(name), entry(file).or_bad_input()?);
             input_files.push(file.to_path_buf());
         }
-        let catalog = catalogue::read(catalog, job)?;
-        let Joined { survey, records, .. } = clouds.survey(job)?;
+        let spec = io::site::load_catalog(catalog).or_bad_input()?;
+        let catalog = catalogue::models(&spec, catalog, job)?;
+        let entry_sizes_m = entry_sizes_m(&spec, &catalog);
+        let Joined { survey, steps_m, records, .. } = clouds.survey(job)?;
+        surveys::fine_enough(&steps_m, &catalog)?;
         let site = Self {
             name: String::new(),
             survey_date: String::new(),
@@ -146,11 +169,14 @@ impl Site {
             design: None,
             ground: None,
             review: review.map(named_review).transpose()?,
+            ratings: None,
+            learned: None,
             config,
             seed: settings.seed.unwrap_or_default(),
             memory: settings.memory,
             inputs,
             input_files,
+            entry_sizes_m,
             records,
         };
         site.check()?;
@@ -170,7 +196,7 @@ impl Site {
     }
 
     /// What no file alone tells: the unit of the blocks, the place of the design.
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         pipeline::survey::check_scale(&self.survey, &self.catalog)?;
         if let Some(design) = &self.design {
             self.check_heights(design)?;
@@ -231,6 +257,29 @@ impl Site {
         }
     }
 
+    /// `fits 2.79 ± 0.01 m; the catalogue says 2.00`, or, with several types, the same as a share; `None`: too few blocks tell.
+    pub fn size_sentence(&self, found: &Recognition) -> Option<String> {
+        let size = found.pile.size?;
+        let over = format!("over {} blocks", size.blocks);
+        let mut found = scene::stated(&found.blocks).map(|(_, fit)| fit.model);
+        let first = found.next().or_else(|| self.catalog.iter().next().map(|(id, _)| id))?;
+        let alone = found.all(|model| model == first) && self.catalog.len() == 1;
+        let entry_m = self.entry_sizes_m.get(usize::from(first.0)).filter(|_| alone);
+        Some(match entry_m {
+            Some(entry_m) => format!(
+                "`{}` fits {:.2} ± {:.2} m {over}; the catalogue says {entry_m:.2}",
+                self.catalog.get(first).name,
+                entry_m * size.factor,
+                entry_m * size.factor_sd
+            ),
+            None => format!(
+                "the blocks fit {:.1} ± {:.1} % of the catalogue's sizes {over}",
+                100.0 * size.factor,
+                100.0 * size.factor_sd
+            ),
+        })
+    }
+
     /// Where a run of this site is kept unless another folder is named.
     pub fn run_folder(&self) -> PathBuf {
         self.folder.as_deref().unwrap_or(Path::new(".")).join("run")
@@ -249,7 +298,7 @@ impl Site {
 }
 
 /// Tells the job of its bound, and holds what the surveys' headers state against it before they are read.
-fn bound_memory(
+pub(crate) fn bound_memory(
     memory: Option<MemoryBound>,
     surveys: &[PathBuf],
     partly: bool,
@@ -303,16 +352,6 @@ fn design(
 }
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.
-fn ground(site: &io::site::Site, survey: &Survey) -> Option<Ground> {
-    let origin = survey.frame.origin;
-    site.spec.ground.map(|ground| match ground {
-        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
-        GroundSpec::Plane(plane) => {
-            let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
-            let normal =
-                DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
-            let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
-            Ground::Plane { point: survey.frame.local_from_site(point), normal }
-        }
-    })
+pub(crate) fn ground(site: &io::site::Site, frame: &SiteFrame) -> Option<Ground> {
+    site.spec.ground.as_ref().map(|ground| surveys::ground_of(ground, frame))
 }

@@ -14,7 +14,6 @@ use io::blocks_csv::BlockRow;
 use io::manifest::{Entry, Manifest};
 use io::not_judged_csv::NotJudgedRow;
 use io::{RawCloud, ReadOptions};
-use pipeline::PileVerdict;
 use scene::{Catalog, Covariance, Fit, Guess, InstanceId, Recognised, Scene, SiteFrame, Verdict};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -28,18 +27,23 @@ pub(crate) fn recognition(
 ) -> Result<Recognition> {
     // A folder put together by hand may hold blocks alone.
     let whole = manifest.is_some();
-    let (segments, pile) = segments(run, site, whole)?;
+    let (segments, summary) = segments(run, site, whole)?;
     let labels = cloud(&run.recognise_cloud(), site, whole)?;
     Ok(Recognition {
         segments,
         blocks: blocks(run, site, labels)?,
-        pile,
+        pile: summary.as_ref().map(|s| s.pile.clone()).unwrap_or_default(),
+        self_check: summary.and_then(|s| s.self_check),
         weights: manifest.map(WeightsOrigin::of).unwrap_or_default(),
         review: manifest.and_then(ReviewRecord::of),
     })
 }
 
-fn segments(run: &RunFolder, site: &Site, whole: bool) -> Result<(Segments, PileVerdict)> {
+fn segments(
+    run: &RunFolder,
+    site: &Site,
+    whole: bool,
+) -> Result<(Segments, Option<RecogniseSummary>)> {
     if !whole && !run.recognise_summary().exists() {
         return Ok(Default::default());
     }
@@ -51,7 +55,7 @@ fn segments(run: &RunFolder, site: &Site, whole: bool) -> Result<(Segments, Pile
         instances: summary.instances,
         centre_hypotheses: summary.centre_hypotheses,
     };
-    Ok((segments, summary.pile))
+    Ok((segments, Some(summary)))
 }
 
 /// A cloud with one label for every point of the site's surveys.
@@ -163,6 +167,7 @@ pub(crate) fn fit(
         fitness_m: row.fitness_m.map(|v| v as f32),
         runner_up: second.zip(row.runner_up_fitness_m.map(|v| v as f32)),
         occlusion: row.occlusion.map(|v| v as f32),
+        legs: row.legs,
         ..Fit::of_pose(model, row.pose.local(frame))
     })
 }
@@ -178,7 +183,7 @@ pub(crate) fn planned(
         return Ok(None);
     };
     let works = site.works(&recognition.blocks, design);
-    let PlannedSummary { plan: summary, count_range } = json_file(&run.plan_summary())?;
+    let PlannedSummary { plan: summary, count_range, types, .. } = json_file(&run.plan_summary())?;
     let mut plan = site.read_plan(&run.placements())?;
     plan.summary = summary;
     let pile = Scene {
@@ -188,7 +193,9 @@ pub(crate) fn planned(
     };
     let proposer = manifest.and_then(|m| m.notes.get(PROPOSER_NOTE)).cloned();
     let proposer: Option<Entry> = proposer.and_then(|v| serde_json::from_value(v).ok());
-    Ok(Some(Planned { pile, plan, range: count_range, proposer }))
+    let unfilled = site.unfilled(&works, &pile, &plan)?;
+    let (lifts, choices) = (site.lifts(&plan)?, Vec::new());
+    Ok(Some(Planned { pile, plan, range: count_range, types, unfilled, lifts, choices, proposer }))
 }
 
 /// Where a manifest names the user's placement network.

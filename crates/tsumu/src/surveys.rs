@@ -9,7 +9,9 @@ use geom::{DVec3, Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::read_options::{Reason, describe};
 use io::{IoError, RawCloud, ReadOptions};
-use scene::{Area, AxisOrder, SensorKind, Severity, Survey};
+use scene::{
+    Area, AxisOrder, Catalog, Ground, GroundSpec, SensorKind, Severity, SiteFrame, Survey,
+};
 use std::path::{Path, PathBuf};
 
 /// How clouds without a site were measured.
@@ -31,6 +33,8 @@ pub(crate) struct Joined {
     pub survey: Survey,
     /// What each file says of its coordinates, by its path.
     pub references: Vec<(String, FileCrs)>,
+    /// Step of each file's stored numbers, metres, by its path.
+    pub steps_m: Vec<(String, f64)>,
     /// The points' places in their file; `None` where several files, or a kind without records, were read.
     pub records: Option<OwnRecords>,
 }
@@ -85,17 +89,28 @@ pub(crate) fn agree(
     Error::of_lines(refusals.map(ToString::to_string).collect()).map_or(Ok(()), Err)
 }
 
+/// Refuses surveys whose numbers are stored in steps that hide every block; a line each.
+pub(crate) fn fine_enough(steps_m: &[(String, f64)], catalog: &Catalog) -> Result<()> {
+    let objection = |(file, step_m): &(String, f64)| {
+        let found = preflight::step_objection(*step_m, catalog)?;
+        Some(format!("{file}: {found}; export the survey with millimetres"))
+    };
+    Error::of_lines(steps_m.iter().filter_map(objection).collect()).map_or(Ok(()), Err)
+}
+
 /// Files read so far.
 #[derive(Default)]
 struct Parts {
     raw: Vec<RawSurvey>,
     references: Vec<(String, FileCrs)>,
+    steps_m: Vec<(String, f64)>,
     records: Vec<Option<OwnRecords>>,
 }
 
 impl Parts {
     fn add(&mut self, file: &Path, cloud: RawCloud, raw: RawSurvey, partly: bool) {
         self.references.push((raw.file.clone(), cloud.reference.clone()));
+        self.steps_m.push((raw.file.clone(), cloud.step()));
         self.records.push(OwnRecords::of(file, &cloud, &raw, partly));
         let (position, line) = (cloud.position, cloud.line.unwrap_or_default());
         self.raw.push(RawSurvey { position, line, ..raw });
@@ -105,7 +120,7 @@ impl Parts {
         let survey = local_survey(&self.raw, crs, vertical_datum).or_bad_input()?;
         let one = self.records.len() == 1;
         let records = self.records.pop().flatten().filter(|_| one);
-        Ok(Joined { survey, references: self.references, records })
+        Ok(Joined { survey, references: self.references, steps_m: self.steps_m, records })
     }
 }
 
@@ -191,4 +206,18 @@ fn part(
     let message = format!("{}: {} points in the area", file.display(), cloud.len());
     observer.event(Event::Noted { stage: "read", message });
     Ok(cloud)
+}
+
+/// A bed that is stated in site coordinates, in a local frame.
+pub(crate) fn ground_of(ground: &GroundSpec, frame: &SiteFrame) -> Ground {
+    match ground {
+        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - frame.origin[2]) as f32 },
+        GroundSpec::Plane(plane) => {
+            let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
+            let normal =
+                DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
+            let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
+            Ground::Plane { point: frame.local_from_site(point), normal }
+        }
+    }
 }

@@ -6,9 +6,12 @@ use crate::resume::Parts;
 use crate::run::{NewRun, Run};
 use crate::weights::{self, Chosen};
 use crate::written::Written;
-use crate::{Job, Result, RunFolder, Site, stored, version};
+use crate::{
+    Job, Result, RunFolder, Site, TileOptions, TilePlan, TileRequest, TiledSite, stored, version,
+};
+use geom::{Event, Observer};
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a run may be told beside the site's settings.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +37,7 @@ pub struct WholeRun<'a> {
     folder: RunFolder,
     weights: Chosen,
     proposer: Option<ChosenProposer>,
+    tiles: Option<TilePlan>,
     written: Written,
     parts: Parts<'a>,
 }
@@ -62,18 +66,64 @@ impl<'a> WholeRun<'a> {
             folder: new.folder,
             weights,
             proposer,
-            written: new.written,
+            tiles: None,
+            // What lies there is known for certain once the folder is locked.
+            written: Written::begin(folder),
             parts,
         })
+    }
+
+    /// The same with the blocks from a plan of tiles that are all done.
+    pub fn of_tiles(
+        plan: &TilePlan,
+        site: &'a Site,
+        folder: &Path,
+        options: &'a RunOptions,
+        job: &'a Job,
+    ) -> Result<Self> {
+        let whole = Self::begin(site, folder, options, job)?;
+        Ok(Self { tiles: Some(plan.clone()), ..whole })
     }
 
     /// The blocks, written.
     pub fn recognise(&self) -> Result<Recognition> {
         let job = self.parts.job();
-        let found = job.install(|| self.site.recognise_in_parts(&self.weights, &self.parts))?;
+        let found = match (&self.tiles, self.tiles_folder()) {
+            (Some(plan), _) => plan.recognition(self.site, job)?,
+            (None, Some(folder)) => self.recognise_in_tiles(&folder)?,
+            (None, None) => job.install(|| {
+                let options = &self.options.recognise;
+                self.site.recognise_in_parts(&self.weights, options, &self.parts)
+            })?,
+        };
         self.new_run()?.keep(&found)?;
         job.done("write recognise");
         Ok(found)
+    }
+
+    /// Where a site is cut into tiles that is too large to be recognised as one.
+    fn tiles_folder(&self) -> Option<PathBuf> {
+        self.parts.folder("tiles").filter(|_| self.site.is_cut())
+    }
+
+    fn recognise_in_tiles(&self, folder: &Path) -> Result<Recognition> {
+        let job = self.parts.job();
+        let tiles = TileOptions {
+            memory: self.site.memory.unwrap_or(TileOptions::default().memory),
+            ..TileOptions::default()
+        };
+        let recognise = self.options.recognise.clone();
+        let what = TiledSite { recognise, tiles, ..TiledSite::default() };
+        let plan = TilePlan::make_for(self.site, &what, folder, job)?;
+        let stage = "segment";
+        let tiles = plan.tiles();
+        job.event(Event::Started { stage, total: tiles.len() as u64 });
+        for (at, tile) in tiles.iter().enumerate() {
+            plan.work_on(&tile.key, &TileRequest::default(), job)?;
+            job.event(Event::Advanced { stage, done: at as u64 + 1 });
+        }
+        job.event(Event::Finished { stage });
+        plan.recognition(self.site, job)
     }
 
     /// The plan, written; `None` for a site without a design.
@@ -109,7 +159,7 @@ impl<'a> WholeRun<'a> {
 }
 
 /// What tells this build from another of the same version: the program file's own hash.
-fn this_program() -> String {
+pub(crate) fn this_program() -> String {
     let entry = std::env::current_exe().ok().and_then(|path| io::manifest::entry(&path).ok());
     entry.map_or_else(|| version::STAMP.into(), |e| e.blake3)
 }

@@ -111,3 +111,15 @@ def rows():
     row("nothing-rocks-cube", "nothing", AT_MOST_ONE, nothing="rocks", shape="cube", side_blocks=7.0)
     row("nothing-stairs-cube", "nothing", AT_MOST_ONE, nothing="stairs", shape="cube", side_blocks=7.0)
     return {c.name: c for c in out}
+
+
+def of_shapes(shapes):
+    """The rows with other blocks in them: each row whose shape may be any, once a shape, named ROW@SHAPE."""
+    out = {}
+    for c in rows().values():
+        any_shape = not (c.rows_joint or c.broken_share or c.catalogue_shape or c.catalogue_mirrored or c.catalogue_legs != 1.0)
+        for shape in shapes if any_shape else ():
+            if c.name == "no-ground" or c.shape == "tetrapod":
+                name = f"{c.name}@{shape}"
+                out[name] = replace(c, name=name, shape=shape)
+    return out

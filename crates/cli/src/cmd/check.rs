@@ -8,8 +8,8 @@ use tsumu::{Job, Result};
 
 /// Look at a site before it is worked on: everything that is wrong or doubtful, and whether it can be answered.
 ///
-/// Reads every file once and computes nothing. Each complaint is a line with its file, what was read and what to do. The last
-/// line says whether the site can be answered; exit status 2 when it cannot. `tsumu run` begins with the same check.
+/// Reads every file, and seeks blocks in a part of the surveys to hold their size against the catalogue's. Each complaint is a line with its file, what was read and what to do. The last
+/// line says whether the site can be answered; exit status 2 when it cannot. `tsumu run` begins with the same check of the files.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
     /// Folder with site.toml, its catalogue and surveys

@@ -41,7 +41,7 @@ impl Chosen {
 
     /// The weights as the library takes them.
     pub fn options(&self) -> RecogniseOptions {
-        RecogniseOptions { weights: self.model.clone() }
+        RecogniseOptions { weights: self.model.clone(), ..RecogniseOptions::default() }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::words;
 use clap::Args;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{Job, RecogniseSummary, Result, Run, Site};
+use tsumu::{Job, RecogniseOptions, RecogniseSummary, Result, Run, Site};
 
 /// Find pose and type of every block in a cloud.
 ///
@@ -26,6 +26,9 @@ pub struct RecogniseArgs {
     /// A review.json saved from a report: its decisions stand
     #[arg(long, value_name = "FILE")]
     pub review: Option<PathBuf>,
+    /// Also recognise both halves of the clouds and tell how far they agree: repeatability without truth
+    #[arg(long)]
+    pub self_check: bool,
     /// How the cloud was measured
     #[command(flatten)]
     pub measured: Measured,
@@ -40,7 +43,8 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal, job: &Job) -> Result
     let (review, settings) = (args.review.as_deref(), args.chosen.settings());
     let site = Site::of_clouds(&clouds, &args.catalog, review, &settings, job)?;
     let run = Run::create(&args.out, &site)?;
-    let found = site.recognise(&args.chosen.options(), job)?;
+    let options = RecogniseOptions { self_check: args.self_check, ..args.chosen.options() };
+    let found = site.recognise(&options, job)?;
     words::review(&found, terminal);
     let run = run.keep(&found)?;
     run.picture()?;
@@ -48,6 +52,7 @@ pub fn recognise(args: &RecogniseArgs, terminal: &Terminal, job: &Job) -> Result
     let summary = RecogniseSummary::of(&site.survey, &found, &site.catalog);
     terminal.emit("recognised", &summary);
     words::recognised(&summary, terminal);
+    site.size_sentence(&found).iter().for_each(|line| terminal.say(line));
     terminal.say(format!("results: {}", args.out.display()));
     Ok(())
 }

@@ -59,6 +59,9 @@ pub struct RunArgs {
     /// Plan also where no block was recognised: on the surveyed ground
     #[arg(long)]
     pub bare_ground: bool,
+    /// Also recognise both halves of the surveys and tell how far they agree: repeatability without truth
+    #[arg(long)]
+    pub self_check: bool,
 }
 
 impl RunArgs {
@@ -69,15 +72,20 @@ impl RunArgs {
             policy: self.policy.map(PolicyName::policy),
             drops: self.drops,
             plans: self.plans,
+            improve: None,
             seed: self.seed,
             memory: self.memory,
+            ..Settings::default()
         }
     }
 
     fn options(&self) -> RunOptions {
         RunOptions {
-            recognise: RecogniseOptions { weights: self.model.clone() },
-            plan: PlanOptions { proposer: self.placement_model.clone(), previous: None },
+            recognise: RecogniseOptions {
+                weights: self.model.clone(),
+                self_check: self.self_check,
+            },
+            plan: PlanOptions { proposer: self.placement_model.clone(), ..PlanOptions::default() },
         }
     }
 }
@@ -89,15 +97,24 @@ pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let site = Site::load_with(&args.site, &args.settings(), job)?;
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
     let whole = WholeRun::begin(&site, &out, &options, job)?;
+    through(&site, whole, args.bare_ground, terminal)
+}
+
+/// The steps of a run that was begun, and what is said of each.
+pub fn through(site: &Site, whole: WholeRun, bare_ground: bool, terminal: &Terminal) -> Result<()> {
     let recognition = whole.recognise()?;
     let recognised = RecogniseSummary::of(&site.survey, &recognition, &site.catalog);
     words::review(&recognition, terminal);
     words::recognised(&recognised, terminal);
-    let nothing = recognised.recognised_blocks == 0 && !args.bare_ground;
+    site.size_sentence(&recognition).iter().for_each(|line| terminal.say(line));
+    let nothing = recognised.recognised_blocks == 0 && !bare_ground;
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());
     match &summary {
-        Some(summary) => words::planned(summary, terminal),
+        Some(summary) => {
+            site.learned.iter().for_each(|learned| terminal.say(learned.line()));
+            words::planned(summary, terminal);
+        }
         None if nothing => {}
         None => terminal.say("no [design], so nothing is planned: this is an inventory"),
     }

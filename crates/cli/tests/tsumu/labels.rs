@@ -61,11 +61,23 @@ fn a_ply_of_fewer_points_is_matched_within_the_tolerance() {
          property int instance\nend_header"
             .to_string(),
     ];
-    ply.extend(rows(|i| i as i64 / 10 + 4).into_iter().take(20).map(|r| r.replace(".5 ", ".51 ")));
+    // −1 means none, also in a file whose numbers begin with 0.
+    ply[0] = ply[0].replace("vertex 20", "vertex 21");
+    ply.extend(rows(|i| i as i64 / 10).into_iter().take(20).map(|r| r.replace(".5 ", ".51 ")));
+    ply.push("400029.51 3900002 0.25 -1".into());
     let result = write(folder.path(), "result.ply", &ply);
-    let near = figures(&["--truth", &truth, "--result", &result, "--tolerance", "0.02"]);
+    let near = figures(&[
+        "--truth",
+        &truth,
+        "--result",
+        &result,
+        "--tolerance",
+        "0.02",
+        "--zero-is-instance",
+        "result",
+    ]);
     assert_eq!((&near["true_positives"], &near["false_negatives"]), (&2.into(), &1.into()));
-    assert_eq!((&near["unmatched_true_points"], &near["result_points"]), (&10.into(), &20.into()));
+    assert_eq!((&near["unmatched_true_points"], &near["result_points"]), (&9.into(), &21.into()));
     let far = tsumu(&[
         "evaluate",
         "--labels",

@@ -3,6 +3,7 @@
 mod api;
 mod architecture;
 mod bad_input;
+mod before;
 mod compare;
 mod dataset;
 mod help;
@@ -12,7 +13,9 @@ mod method;
 mod no_memory;
 mod no_room;
 mod opened;
+mod rated;
 mod reviewed;
 mod site;
+mod tiles;
 mod tiny_site;
 mod verify;

@@ -29,6 +29,18 @@ fn a_folder_that_may_not_be_written_is_named() {
     }
 }
 
+/// Events once were lost without a word.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_is_full_is_told() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tsumu"));
+    let ran = command.args(["blocks"]).stdout(full).output().unwrap();
+    let said = String::from_utf8_lossy(&ran.stderr).into_owned();
+    assert_eq!(ran.status.code(), Some(1), "{said}");
+    assert!(said.contains("standard output"), "{said}");
+}
+
 /// A limit on the size of files stands in for a disk that is full: writes fail in the middle of a file.
 #[cfg(unix)]
 #[test]

@@ -7,6 +7,7 @@ use super::header::{self, Header, u32_at};
 use crate::input::Input;
 use crate::{IoError, Place};
 use laz::LazVlr;
+use laz::las::selective::DecompressionSelection;
 use laz::laszip::{ChunkTable, CompressorType};
 use laz::record::{
     LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor,
@@ -131,8 +132,13 @@ pub(super) struct Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    /// Starts a chunk; `Err` says what is wrong with it.
-    pub fn new(bytes: &'a [u8], points: u64, vlr: &LazVlr) -> Result<Self, String> {
+    /// Starts a chunk of which the `wanted` fields are decompressed (all of them in formats before 6); `Err` says what is wrong with it.
+    pub fn new(
+        bytes: &'a [u8],
+        points: u64,
+        vlr: &LazVlr,
+        wanted: DecompressionSelection,
+    ) -> Result<Self, String> {
         let record_bytes = vlr.items_size() as usize;
         let layers = header::layers(vlr);
         if layers > 0 && points > 0 {
@@ -145,6 +151,7 @@ impl<'a> Points<'a> {
             Box::new(SequentialPointRecordDecompressor::new(source))
         };
         decoder.set_fields_from(vlr.items()).map_err(|e| e.to_string())?;
+        decoder.set_selection(wanted);
         Ok(Self { decoder, record_bytes, left: points })
     }
 

@@ -2,7 +2,7 @@
 
 use super::chunks::{self, Chunk};
 use super::header::{self, f64_at, u64_at};
-use super::read::{decode_records, meta, stream_records};
+use super::read::{decode_records, meta, stream_records, wanted};
 use crate::input::Input;
 use crate::raw_cloud::RawCloud;
 use crate::read_options::{LeftOut, ReadOptions};
@@ -52,7 +52,8 @@ pub fn stream_box_with(
     let path = input.path;
     let decode = |raw: &[u8], first: u64| decode_records(path, &header, raw, first, options);
     let listed = Some((chunks.as_slice(), firsts.as_slice()));
-    stream_records(input, &header, listed, &decode, &mut |batch: RawCloud| {
+    let wanted = wanted(&header, options);
+    stream_records(input, &header, listed, wanted, &decode, &mut |batch: RawCloud| {
         for (reason, n) in &batch.left_out {
             *left_out.entry(*reason).or_default() += n;
         }

@@ -8,7 +8,9 @@ use crate::raw_cloud::RawCloud;
 use crate::read_options::{LeftOut, OVERLAP, ReadOptions};
 use crate::{IoError, Place};
 use geom::DVec3;
+use laz::las::selective::DecompressionSelection;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Points handed on at once, when they are not long.
 const BATCH: u64 = 65_536;
@@ -35,24 +37,40 @@ pub fn stream_with(
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
     let header = header::read(input)?;
-    let mut left_out = LeftOut::new();
+    let (mut left_out, mut classes) = (LeftOut::new(), BTreeMap::new());
     let mut counting = |batch: RawCloud| {
         for (reason, n) in &batch.left_out {
             *left_out.entry(*reason).or_default() += n;
+        }
+        for (class, n) in &batch.classes {
+            *classes.entry(*class).or_default() += n;
         }
         if batch.is_empty() { Ok(()) } else { sink(batch) }
     };
     let path = input.path;
     let decode = |raw: &[u8], first: u64| decode_records(path, &header, raw, first, options);
+    let wanted = wanted(&header, options);
     match &header.laz {
-        None => stream_records(input, &header, None, &decode, &mut counting)?,
+        None => stream_records(input, &header, None, wanted, &decode, &mut counting)?,
         Some(vlr) => {
             let chunks = chunks::table(input, &header, vlr)?;
             let firsts = first_of_each(&chunks);
-            stream_records(input, &header, Some((&chunks, &firsts)), &decode, &mut counting)?;
+            let chunks = Some((&chunks[..], &firsts[..]));
+            stream_records(input, &header, chunks, wanted, &decode, &mut counting)?;
         }
     }
-    Ok(RawCloud { left_out, ..meta(header.summary) })
+    Ok(RawCloud { left_out, classes, ..meta(header.summary) })
+}
+
+/// What is read of a record: the place, its marks and line, and labels where they are asked for.
+pub(super) fn wanted(header: &Header, options: &ReadOptions) -> DecompressionSelection {
+    let own = DecompressionSelection::base()
+        .decompress_z()
+        .decompress_classification()
+        .decompress_flags()
+        .decompress_point_source_id();
+    let labels = options.labels && header.extra.present().contains(&true);
+    if labels { own.decompress_extra_bytes() } else { own }
 }
 
 /// Number of the first point of each chunk.
@@ -73,18 +91,21 @@ pub(super) fn meta(summary: LasSummary) -> RawCloud {
 /// Takes raw records and the number of the first to something else, on any thread.
 pub(super) type Decode<'a, T> = dyn Fn(&[u8], u64) -> Result<T, IoError> + Sync + 'a;
 
-/// Raw records through `decode` into `sink`, in order: those of the chunks (with the number of the first point of each), or of a
-/// file without.
+/// Raw records, of which the `wanted` fields hold, through `decode` into `sink`, in order: those of the chunks (with the number of
+/// the first point of each), or of a file without.
 pub(super) fn stream_records<T: Send>(
     input: &mut Input,
     header: &Header,
     chunks: Option<(&[Chunk], &[u64])>,
+    wanted: DecompressionSelection,
     decode: &Decode<T>,
     sink: &mut dyn FnMut(T) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     match chunks {
         None => stream_plain(input, header, decode, sink),
-        Some((chunks, firsts)) => stream_chunks(input, header, chunks, firsts, decode, sink),
+        Some((chunks, firsts)) => {
+            stream_chunks(input, header, (chunks, firsts), wanted, decode, sink)
+        }
     }
 }
 
@@ -128,8 +149,8 @@ fn stream_plain<T>(
 fn stream_chunks<T: Send>(
     input: &mut Input,
     header: &Header,
-    chunks: &[Chunk],
-    firsts: &[u64],
+    (chunks, firsts): (&[Chunk], &[u64]),
+    wanted: DecompressionSelection,
     decode: &Decode<T>,
     sink: &mut dyn FnMut(T) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
@@ -149,7 +170,7 @@ fn stream_chunks<T: Send>(
         if group.is_empty() {
             let bytes = chunks::load(input, &chunks[next])?;
             let mut done = firsts[next];
-            let mut points = Points::new(&bytes, chunks[next].points, vlr)
+            let mut points = Points::new(&bytes, chunks[next].points, vlr, wanted)
                 .map_err(|what| damaged(done, what))?;
             loop {
                 let records =
@@ -171,7 +192,7 @@ fn stream_chunks<T: Send>(
         let batches: Vec<Result<T, IoError>> = loaded
             .into_par_iter()
             .map(|(first, points, bytes)| {
-                let records = Points::new(&bytes, points, vlr)
+                let records = Points::new(&bytes, points, vlr, wanted)
                     .and_then(|mut p| p.next(points))
                     .map_err(|what| damaged(first, what))?;
                 decode(&records, first)
@@ -212,13 +233,17 @@ pub(super) fn decode_records(
     let coordinate = |r: &[u8], at: usize| f64::from(header::u32_at(r, at) as i32);
     let mut batch = RawCloud::default();
     let mut kept = Vec::with_capacity(records.len() / size);
+    let mut classes = [0_u64; 256];
     for (i, record) in records.chunks_exact(size).enumerate() {
         let (class, flags) = marks(record, format);
+        classes[usize::from(class)] += 1;
         match options.leave_out.reason(class, flags) {
             Some(reason) => *batch.left_out.entry(reason).or_default() += 1,
             None => kept.push((i, record)),
         }
     }
+    let met = (0..=255).zip(classes).filter(|(_, n)| *n > 0);
+    batch.classes = met.collect();
     let of = |&(_, r): &(usize, &[u8])| {
         DVec3::new(coordinate(r, 0), coordinate(r, 4), coordinate(r, 8)) * scale + offset
     };
@@ -243,7 +268,9 @@ pub(super) fn decode_records(
         let [id, kind, trust] = header.extra.values(record);
         let fail = |name: &str, v: f64| IoError::malformed(path, place(i), not_a_label(name, v));
         if instance {
-            ids.push(label(id, u32::MAX).ok_or_else(|| fail("instance", id))?);
+            let none = options.minus_one.filter(|_| id == -1.0);
+            let number = none.or_else(|| label(id, u32::MAX));
+            ids.push(number.ok_or_else(|| fail("instance", id))?);
         }
         if model {
             models.push(label(kind, u16::MAX.into()).ok_or_else(|| fail("model", kind))? as u16);

@@ -10,6 +10,7 @@ use crate::crs;
 use crate::input::Input;
 use crate::relabel::{ByRecord, PointLabels, Records, SiteFromFile};
 use crate::{IoError, atomic};
+use laz::las::selective::DecompressionSelection;
 use std::io;
 use std::ops::Range;
 use std::path::Path;
@@ -94,7 +95,8 @@ fn feed(input: &mut Input, header: &Header, sink: &mut Sink) -> Result<(), IoErr
     let firsts = chunks.as_deref().map(first_of_each);
     let whole = |raw: &[u8], first: u64| Ok((first, raw.to_vec()));
     let listed = chunks.as_deref().zip(firsts.as_deref());
-    stream_records(input, header, listed, &whole, &mut |(first, raw)| sink(first, &raw))
+    let all = DecompressionSelection::all();
+    stream_records(input, header, listed, all, &whole, &mut |(first, raw)| sink(first, &raw))
 }
 
 /// Returns and box of what was written.

@@ -221,8 +221,8 @@ fn check_count(input: &mut Input, header: &Header) -> Result<(), IoError> {
 struct Collector {
     xyz: [Field; 3],
     instance: Option<Field>,
-    /// The instance is a `label`, where −1 stands for none.
-    label: bool,
+    /// What −1 stands for among the instances: 0 where they are a `label`.
+    minus_one: Option<u32>,
     station: Station,
     record: u64,
     batch: RawCloud,
@@ -244,7 +244,8 @@ impl Collector {
         let instance = named.or_else(|| header.find(&["label"])).filter(|_| options.labels);
         let station = Station::new(header.viewpoint, false);
         let batch = empty(instance.is_some());
-        Ok(Self { xyz, instance, label: named.is_none(), station, record: 0, batch, invalid: 0 })
+        let minus_one = options.minus_one.or(named.is_none().then_some(0));
+        Ok(Self { xyz, instance, minus_one, station, record: 0, batch, invalid: 0 })
     }
 
     fn push(
@@ -271,10 +272,9 @@ impl Collector {
         }
         if let (Some(field), Some(column)) = (&self.instance, &mut self.batch.instance) {
             let v = value(field);
-            let v = if self.label && v == -1.0 { 0.0 } else { v };
-            column.push(
-                label(v, u32::MAX).ok_or_else(|| input.malformed(at, not_a_label("label", v)))?,
-            );
+            let none = self.minus_one.filter(|_| v == -1.0);
+            let id = none.or_else(|| label(v, u32::MAX));
+            column.push(id.ok_or_else(|| input.malformed(at, not_a_label("label", v)))?);
         }
         if self.batch.len() == BATCH { self.hand_on(sink) } else { Ok(()) }
     }

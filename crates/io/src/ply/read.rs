@@ -123,8 +123,8 @@ struct Columns {
     xyz: [usize; 3],
     normal: Option<[usize; 3]>,
     instance: Option<usize>,
-    /// The instance is a `label`, where −1 stands for none.
-    label: bool,
+    /// What −1 stands for among the instances: 0 where they are a `label`.
+    minus_one: Option<u32>,
     model: Option<usize>,
     confidence: Option<usize>,
     line: Option<usize>,
@@ -156,7 +156,7 @@ impl Columns {
                 _ => None,
             },
             instance: scalar(&INSTANCE).or_else(|| scalar(&LABEL)),
-            label: scalar(&INSTANCE).is_none(),
+            minus_one: scalar(&INSTANCE).is_none().then_some(0),
             model: scalar(&["model", "scalar_model"]),
             confidence: scalar(&["confidence", "scalar_confidence"]),
             line: scalar(&["point_source_id", "scalar_point_source_id", "line", "scalar_line"]),
@@ -185,8 +185,9 @@ impl Columns {
     ) -> Result<(), IoError> {
         cloud.position.push(DVec3::from_array(self.xyz.map(&value)));
         if let (Some(i), Some(column)) = (self.instance, cloud.instance.as_mut()) {
-            let id = if self.label && value(i) == -1.0 { 0.0 } else { value(i) };
-            column.push(label(id, u32::MAX).ok_or_else(|| fail(not_a_label("instance", id)))?);
+            let none = self.minus_one.filter(|_| value(i) == -1.0);
+            let id = none.or_else(|| label(value(i), u32::MAX));
+            column.push(id.ok_or_else(|| fail(not_a_label("instance", value(i))))?);
         }
         if let (Some(i), Some(column)) = (self.model, cloud.model.as_mut()) {
             let wide = label(value(i), u32::from(u16::MAX))
@@ -249,6 +250,7 @@ pub fn stream_with(
             continue;
         }
         let mut columns = Columns::of(input, element)?;
+        columns.minus_one = options.minus_one.or(columns.minus_one);
         if !options.labels {
             (columns.instance, columns.model, columns.confidence) = (None, None, None);
         }

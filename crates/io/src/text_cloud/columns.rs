@@ -130,8 +130,8 @@ pub struct Columns {
     /// The third column counts downwards.
     pub depth: bool,
     pub instance: Option<usize>,
-    /// −1 stands for "none" there.
-    pub label: bool,
+    /// What −1 stands for there: 0 where the instance is a `label`.
+    pub minus_one: Option<u32>,
     pub model: Option<usize>,
     pub confidence: Option<usize>,
 }
@@ -152,7 +152,7 @@ impl Columns {
         named_axes: false,
         depth: false,
         instance: None,
-        label: false,
+        minus_one: None,
         model: None,
         confidence: None,
     };
@@ -209,13 +209,13 @@ impl Columns {
                 )));
             }
         }
-        let label = find(Role::Instance).is_none();
+        let minus_one = find(Role::Instance).is_none().then_some(0);
         Ok(Self {
             xyz,
             named_axes,
             depth: up.is_none() && !plane_alone,
             instance: find(Role::Instance).or_else(|| find(Role::Label)),
-            label,
+            minus_one,
             model: find(Role::Model),
             confidence: find(Role::Confidence),
         })

@@ -37,6 +37,7 @@ pub fn stream_with(
     let head = lines.look_ahead(input, LOOKED_AT)?.to_vec();
     let form = Form::of(input, &head, options.plane)?;
     let mut columns = form.columns;
+    columns.minus_one = options.minus_one.or(columns.minus_one);
     if !options.labels {
         (columns.instance, columns.model, columns.confidence) = (None, None, None);
     }
@@ -151,10 +152,15 @@ impl Form {
             );
             return Err(input.malformed(at, what));
         }
-        let counts = rows.windows(2).all(|w| w[1][0] - w[0][0] == 1.0) && rows.len() >= 3;
+        // Whole numbers that grow, in steps or with gaps, beside coordinates that are not whole.
+        let whole = rows.iter().all(|r| r[0].fract() == 0.0);
+        let grow = rows.windows(2).all(|w| w[1][0] > w[0][0]) && rows.len() >= 3;
+        let one_by_one = rows.windows(2).all(|w| w[1][0] - w[0][0] == 1.0);
+        let fine = rows.iter().any(|r| r[1..].iter().any(|v| v.fract() != 0.0));
+        let counts = whole && grow && (one_by_one || fine);
         // A row of a grid counts too, but its second coordinate stands still.
         let moves = rows.windows(2).any(|w| w[1].get(1) != w[0].get(1));
-        if wide && counts && moves && rows[0][0].fract() == 0.0 {
+        if wide && counts && moves {
             let what = format!(
                 "the first column counts {}, {}, {} …: the numbers of the points, or their first coordinate? Write the names of the columns into the first line, e.g. `number x y z`",
                 rows[0][0], rows[1][0], rows[2][0]
@@ -281,8 +287,8 @@ fn push(
     batch.position.push(p);
     if let (Some(i), Some(column)) = (columns.instance, &mut batch.instance) {
         let v = number("instance", i)?;
-        let none = columns.label && v == -1.0;
-        let id = label(if none { 0.0 } else { v }, u32::MAX);
+        let none = columns.minus_one.filter(|_| v == -1.0);
+        let id = none.or_else(|| label(v, u32::MAX));
         column.push(id.ok_or_else(|| input.malformed(at, not_a_label("instance", v)))?);
     }
     if let (Some(i), Some(column)) = (columns.model, &mut batch.model) {

@@ -95,3 +95,12 @@ fn solid_header_trailing_bytes() {
     let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
     assert_eq!(read("stl", text.as_bytes()).unwrap().mesh.triangles.len(), 1);
 }
+
+#[test]
+fn text_in_capitals_is_text() {
+    let t = triangle(0.0);
+    let corners: String = t.iter().map(|v| format!("VERTEX {} {} {}\n", v.x, v.y, v.z)).collect();
+    let facet = format!("FACET NORMAL 0 0 0\nOUTER LOOP\n{corners}ENDLOOP\nENDFACET\n");
+    let text = format!("SOLID part\n{}ENDSOLID part\n", facet.repeat(4));
+    assert_eq!(read("stl", text.as_bytes()).unwrap().mesh.triangles.len(), 4);
+}

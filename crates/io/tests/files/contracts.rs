@@ -29,6 +29,7 @@ proptest! {
         let rows: Vec<BlockRow> = rows.into_iter().enumerate().map(|(i, (pose, model, occlusion, fitness_m))| BlockRow {
             block_id: i as u32 + 1, model: model.clone(), pose, occlusion, confidence: occlusion, fitness_m,
             runner_up: fitness_m.map(|_| model), runner_up_fitness_m: fitness_m, type_judged: fitness_m.map(|f| f > 0.5),
+            legs: fitness_m.filter(|f| *f > 0.3).map(|f| scene::Legs { seen: (f * 9.0) as u8, hidden: 1, missing: 0 }),
         }).collect();
         let text = blocks_csv::blocks_text(&rows);
         let back = blocks_csv::read_from(&mut Input::of_bytes(Path::new("blocks.csv"), text.as_bytes())).unwrap();
@@ -54,7 +55,7 @@ proptest! {
 fn the_header_lines_are_the_contract() {
     assert_eq!(
         blocks_csv::blocks_text(&[]),
-        "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz,occlusion,confidence,fitness_m,runner_up,runner_up_fitness_m,type_judged\n"
+        "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz,occlusion,confidence,fitness_m,runner_up,runner_up_fitness_m,type_judged,legs_seen,legs_hidden,legs_missing\n"
     );
     assert_eq!(blocks_csv::truth_text(&[]), "block_id,model,x_m,y_m,z_m,qw,qx,qy,qz,occlusion\n");
     assert_eq!(

@@ -2,6 +2,7 @@
 //! allocate more than the stated multiple of the file's size. One test, because it watches the whole process's memory.
 
 mod bombs;
+mod damage;
 #[path = "../files/foreign.rs"]
 mod foreign;
 mod mutants;

@@ -41,7 +41,7 @@ export async function loadData(json, packed) {
   data.found.forEach((b, i) => { b.kind = "found"; b.number = i + 1; });
   data.added.forEach((b, i) => { b.kind = "added"; b.number = data.found.length + i + 1; });
   // Places that no type fits stand in the table only.
-  const none = { judged: false, typeJudged: false, model: null, confidence: null, fitness_m: null, occlusion: null, second: null };
+  const none = { judged: false, typeJudged: false, model: null, confidence: null, fitness_m: null, occlusion: null, legs: null, second: null };
   data.places = data.places.map(p => ({ ...none, ...p, kind: "place", number: 0 }));
   data.blocks = [null, ...data.found, ...data.added];
   return data;

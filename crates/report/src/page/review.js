@@ -208,5 +208,6 @@ function why(b) {
   const said = [`${words("confidence", "信頼度")} ${number(scaled(b.confidence, 1), 2)}`, `${words("fitting error", "当てはめ誤差")} ${number(scaled(b.fitness_m, 1000))} mm`, `${words("hidden", "隠れ")} ${number(scaled(b.occlusion, 100))} %`];
   if (!b.judged) said.unshift(words("not judged", "判定不能"));
   if (!b.typeJudged) said.push(words("type open", "種類未定"));
+  if (b.legs && b.legs[2]) said.push(words(`${b.legs[2]} of ${b.legs[0] + b.legs[1] + b.legs[2]} legs missing`, `脚の欠損 ${b.legs[2]}/${b.legs[0] + b.legs[1] + b.legs[2]}`));
   return said.join(" · ");
 }

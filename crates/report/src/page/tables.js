@@ -22,11 +22,11 @@ export function tables(data, selection, review) {
     empty: { en: "No block was recognised.", ja: "認識されたブロックはありません。" },
     columns: [{ head: { en: "No.", ja: "番号" }, value: b => b.id, wide: 64 }, type, ...place,
       { head: { en: "confidence", ja: "信頼度" }, digits: 2, value: b => scaled(b.confidence, 1) }, { head: { en: "fitting error", ja: "当てはめ誤差" }, unit: "mm", digits: 0, value: b => scaled(b.fitness_m, 1000), wide: 96 },
-      { head: { en: "hidden", ja: "隠れ" }, unit: "%", digits: 0, value: b => scaled(b.occlusion, 100) }, { head: { en: "doubt", ja: "疑わしさ" }, digits: 2, value: doubt, hidden: true },
+      { head: { en: "hidden", ja: "隠れ" }, unit: "%", digits: 0, value: b => scaled(b.occlusion, 100) }, { head: { en: "legs missing", ja: "欠損脚" }, value: b => b.legs ? b.legs[2] : "", hidden: !data.found.some(b => b.legs) }, { head: { en: "doubt", ja: "疑わしさ" }, digits: 2, value: doubt, hidden: true },
       { head: { en: "second type", ja: "次点" }, value: b => b.second === null ? "" : `${data.models[b.second].name} (${Math.round(b.secondFit_m * 1000)} mm)`, text: true, wide: 120, hidden: data.models.length < 2 },
       { head: { en: "judged", ja: "判定" }, value: b => b.judged ? b.typeJudged ? words("stated", "判定済") : words("type open", "種類未定") : words("not judged", "判定不能"), text: true },
       { head: { en: "review", ja: "確認" }, value: b => review.word(b), text: true }],
-    filters: [ofType, { head: { en: "judged", ja: "判定" }, options: [{ head: ANY }, { head: { en: "stated", ja: "判定済" }, keep: b => b.judged }, { head: { en: "not judged", ja: "判定不能" }, keep: b => !b.judged }] },
+    filters: [ofType, ...data.found.some(b => b.legs && b.legs[2]) ? [{ head: { en: "legs", ja: "脚" }, options: [{ head: ANY }, { head: { en: "a leg missing", ja: "欠損あり" }, keep: b => b.legs && b.legs[2] > 0 }] }] : [], { head: { en: "judged", ja: "判定" }, options: [{ head: ANY }, { head: { en: "stated", ja: "判定済" }, keep: b => b.judged }, { head: { en: "not judged", ja: "判定不能" }, keep: b => !b.judged }] },
       { head: { en: "confidence", ja: "信頼度" }, options: [{ head: ANY }, ...[0.8, 0.9].map(v => ({ head: { en: `confidence < ${v}`, ja: `信頼度 < ${v}` }, keep: b => b.confidence !== null && b.confidence < v }))] }],
     marks: b => review.verdict(b)?.verdict === "rejected" ? ["out"] : b.judged ? [] : ["faint"],
   }));

@@ -131,10 +131,11 @@ function measuring(viewer, selection, data) {
     info.textContent = b ? describe(b) : "";
   };
   const place = p => p.map((v, i) => number(v + data.origin[i], 3)).join("   ");
+  const legs = b => b.legs ? ` · ${words("legs", "脚")} ${b.legs[0]} ${words("seen", "確認")}, ${b.legs[1]} ${words("hidden", "隠れ")}, ${b.legs[2]} ${words("missing", "欠損")}` : "";
   const describe = b => {
     const name = data.models[b.model].name, where = place(b.centre);
     return b.kind === "found"
-      ? `R${b.id} · ${name}${b.judged ? "" : ` · ${words("not judged", "判定不能")}`}\n${words("confidence", "信頼度")} ${number(scaled(b.confidence, 1), 2)} · ${words("fitting error", "当てはめ誤差")} ${number(scaled(b.fitness_m, 1000))} mm · ${words("hidden", "隠れ")} ${number(scaled(b.occlusion, 100))} %\n${where}`
+      ? `R${b.id} · ${name}${b.judged ? "" : ` · ${words("not judged", "判定不能")}`}\n${words("confidence", "信頼度")} ${number(scaled(b.confidence, 1), 2)} · ${words("fitting error", "当てはめ誤差")} ${number(scaled(b.fitness_m, 1000))} mm · ${words("hidden", "隠れ")} ${number(scaled(b.occlusion, 100))} %${legs(b)}\n${where}`
       : `${words("place", "据付")} ${b.order} · ${name} · ${words("round", "回")} ${b.round}\n${words("fills", "充填量")} ${number(b.filled_m3, 2)} m³ · ${words("contacts", "接触数")} ${b.contacts}\n${where}`;
   };
   const measure = new Measure(viewer, say);

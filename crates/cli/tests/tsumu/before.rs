@@ -1,0 +1,102 @@
+//! Before a run and beside it: a first site, sizes from the survey, gridded surveys, halves of a survey against each other.
+
+use crate::site::{CATALOG, RECIPE, SITE, copy, ok, shared, tsumu};
+use serde_json::Value;
+use std::path::Path;
+
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+/// The value of an event among lines of JSON.
+fn event(out: &str, name: &str) -> Value {
+    let all = out.lines().map(|l| serde_json::from_str::<Value>(l).expect("lines of JSON"));
+    all.into_iter().find(|e| e["event"] == name).unwrap_or_else(|| panic!("{out}"))["value"].clone()
+}
+
+/// The tiny site with its survey delivered as a grid of this cell.
+fn gridded(cell_m: f64) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let delivery = format!("{RECIPE}\n[delivery]\ncell_m = {cell_m}\n");
+    std::fs::write(at("recipe.toml"), delivery.replace("220.0", "900.0")).unwrap();
+    std::fs::write(at("catalog.toml"), CATALOG).unwrap();
+    std::fs::write(at("site.toml"), SITE.split("[design]").next().unwrap()).unwrap();
+    let origin = ["--site-crs", "EPSG:6679", "--site-origin", "41250,-98760,1.5", "--seed", "3"];
+    let (recipe, catalog, out) =
+        (text(&at("recipe.toml")), text(&at("catalog.toml")), text(&at("")));
+    let words = ["synth", &recipe, "--catalog", &catalog, "--out", &out];
+    ok(&[&words[..], &origin[..]].concat());
+    folder
+}
+
+#[test]
+fn size_and_kind_come_from_the_survey_alone() {
+    let survey = text(&shared().join("survey.laz"));
+    let words = ["blocks", "fit", &survey, "--kind", "tetrapod", "--from", "1.4", "--to", "4"];
+    let found = event(&ok(&[&words[..], &["--json"]].concat()).out, "blocks-fit");
+    let size_m = found[0]["size_m"].as_f64().unwrap();
+    assert!((size_m / 2.0 - 1.0).abs() < 0.03, "{found:#}");
+    assert_eq!(found[0]["nominal"], "tetrapod 5t", "{found:#}");
+    let ran = tsumu(&["blocks", "fit", &survey, "--kind", "teapot"]);
+    assert!(ran.code == 2 && ran.err.contains("hollow-tetrahedron-like"), "{}", ran.err);
+    let ran = tsumu(&["blocks", "fit", &survey, "--from", "3", "--to", "2"]);
+    assert!(ran.code == 2 && ran.err.contains("--from"), "{}", ran.err);
+}
+
+#[test]
+fn a_check_holds_the_size_against_the_catalogue() {
+    let site = copy();
+    let found = event(&ok(&["check", &text(site.path()), "--json"]).out, "check");
+    assert_eq!(found["can_be_answered"], true, "{found:#}");
+    assert!(found["surface"]["spacing_m"].as_f64().unwrap() < 0.1, "{found:#}");
+    // A tenth off: said, and refused before an hour of work.
+    std::fs::write(site.path().join("catalog.toml"), CATALOG.replace("2.0", "1.75")).unwrap();
+    let ran = tsumu(&["check", &text(site.path())]);
+    assert_eq!(ran.code, 2, "{}{}", ran.out, ran.err);
+    assert!(ran.err.contains("fits") && ran.err.contains("catalogue says"), "{}", ran.err);
+}
+
+#[test]
+fn grids_are_told_and_wide_cells_refused() {
+    let fine = gridded(0.15);
+    let ran = ok(&["check", &text(fine.path())]);
+    assert!(ran.out.contains("grid of 150 mm"), "{}", ran.out);
+    let ran = ok(&["run", &text(fine.path()), "-v"]);
+    assert!(ran.err.contains("grid of 150 mm"), "{}", ran.err);
+    let wide = gridded(0.4);
+    for command in ["check", "run"] {
+        let ran = tsumu(&[command, &text(wide.path())]);
+        assert_eq!(ran.code, 2, "{}{}", ran.out, ran.err);
+        assert!(ran.err.contains("cells of the grid"), "{}", ran.err);
+    }
+}
+
+#[test]
+fn halves_of_a_survey_are_held_against_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let (survey, catalog) = (shared().join("survey.laz"), shared().join("catalog.toml"));
+    let (survey, catalog, out) = (text(&survey), text(&catalog), text(folder.path()));
+    let words = ["recognise", &survey, "--catalog", &catalog, "--out", &out, "--self-check"];
+    let ran = ok(&words);
+    assert!(ran.out.contains("self-check by every other point"), "{}", ran.out);
+    let summary = std::fs::read_to_string(folder.path().join("recognise/summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    let check = &summary["self_check"];
+    assert_eq!(check["split"], "points");
+    assert!(check["matched"].as_u64().unwrap() >= 3, "{check:#}");
+    assert!(check["p95_displacement_m"].as_f64().unwrap() < 0.1, "{check:#}");
+    let blocks = std::fs::read_to_string(folder.path().join("recognise/blocks.csv")).unwrap();
+    assert!(blocks.lines().next().unwrap().ends_with("legs_seen,legs_hidden,legs_missing"));
+}
+
+#[test]
+fn a_first_site_needs_two_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    let (survey, site) = (text(&shared().join("survey.laz")), text(&folder.path().join("site")));
+    ok(&["init", &survey, "--block", "tetrapod 2m", "--out", &site]);
+    ok(&["run", &site, "--plans", "0"]);
+    assert!(folder.path().join("site/run/report.html").is_file());
+    // A site that is there stays as it is.
+    assert_eq!(tsumu(&["init", &survey, "--out", &site]).code, 2);
+}

@@ -1,0 +1,122 @@
+//! The weights that predict best which blocks are right, and how well others are predicted.
+
+use pose::NAMES;
+use std::collections::BTreeMap;
+
+/// A row of a features file.
+struct Row {
+    condition: String,
+    right: bool,
+    x: Vec<f64>,
+}
+
+fn read(file: &str) -> Vec<Row> {
+    let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let row = |line: &str| {
+        let part: Vec<&str> = line.split(',').collect();
+        let x: Option<Vec<f64>> = part.get(4)?.split(' ').map(|v| v.parse().ok()).collect();
+        let x = x.filter(|x| x.len() == NAMES.len())?;
+        Some(Row { condition: part[0].to_string(), right: part[1] == "1", x })
+    };
+    text.lines().skip(1).filter(|l| !l.starts_with('#')).filter_map(row).collect()
+}
+
+/// A condition counts for as many blocks at most, so that no rich one drowns the others.
+const MOST_OF_A_CONDITION: f64 = 25.0;
+/// Sizes that the common size decides.
+const NEARLY: [&str; 4] = ["size-0.94/", "size-0.96/", "size-1.04/", "size-1.06/"];
+/// Pull of every weight towards 0.
+const RIDGE: f64 = 0.2;
+/// Features that can only speak for a block (+) or against it (−); their weights keep that sign.
+const SIGNS: [f64; NAMES.len()] = [
+    0.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, -1.0,
+    1.0, 1.0, -1.0, -1.0,
+];
+
+/// The fitted file; how good it is goes to the standard error.
+pub fn fit(fitted: &str, checked: &str) -> String {
+    let mut rows = read(fitted);
+    // Blocks a few per cent too large or small are right in all but their size, which all of them together tell.
+    rows.retain(|row| !NEARLY.iter().any(|size| row.condition.starts_with(size)));
+    let mut of_condition: BTreeMap<&str, f64> = BTreeMap::new();
+    for row in &rows {
+        *of_condition.entry(&row.condition).or_default() += 1.0;
+    }
+    let count = |row: &Row| (MOST_OF_A_CONDITION / of_condition[row.condition.as_str()]).min(1.0);
+    let counts: Vec<f64> = rows.iter().map(count).collect();
+    let w = weights(&rows, &counts);
+    let right = rows.iter().filter(|r| r.right).count();
+    let mut file = format!(
+        "# Weights of the pose stage's confidence, made by `cargo xtask fit pose-confidence`: a feature and its weight a line.\n\
+         # Fitted to {} blocks of {} conditions, {right} of them right ({}).\n",
+        rows.len(),
+        of_condition.len(),
+        name(fitted)
+    );
+    for (name, w) in NAMES.iter().zip(&w) {
+        file += &format!("{name} {w:.3}\n");
+    }
+    for (title, rows) in [("fitted to", &rows), ("checked on", &read(checked))] {
+        eprintln!("{title} {} blocks", rows.len());
+        for (low, high) in [(0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.99), (0.99, 1.01)] {
+            let inside: Vec<&Row> =
+                rows.iter().filter(|r| (low..high).contains(&probability(&w, &r.x))).collect();
+            let right = inside.iter().filter(|r| r.right).count();
+            eprintln!("{low:.2} to {:.2}: {right} of {} right", f64::min(high, 1.0), inside.len());
+        }
+        let mut wrong: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
+        for row in rows.iter() {
+            let p = probability(&w, &row.x);
+            let kind = wrong.entry(row.condition.split('/').next().unwrap_or("")).or_default();
+            kind.0 += u32::from(!row.right && p >= 0.7);
+            kind.1 += u32::from(row.right && p < 0.7);
+        }
+        eprintln!("stated wrong, right and not stated: {wrong:?}");
+    }
+    file
+}
+
+fn name(file: &str) -> &str {
+    std::path::Path::new(file).file_name().and_then(|n| n.to_str()).unwrap_or(file)
+}
+
+fn probability(w: &[f64], x: &[f64]) -> f64 {
+    let z: f64 = w.iter().zip(x).map(|(w, x)| w * x).sum();
+    1.0 / (1.0 + (-z).exp())
+}
+
+/// Rounds over all weights.
+const ROUNDS: usize = 3000;
+
+/// Logistic regression, one weight after the other by Newton's step, each kept on the side its feature speaks for.
+fn weights(rows: &[Row], counts: &[f64]) -> Vec<f64> {
+    let n = NAMES.len();
+    // About their means features hardly move the constant.
+    let total: f64 = counts.iter().sum();
+    let mean = |i: usize| rows.iter().zip(counts).map(|(r, c)| c * r.x[i]).sum::<f64>() / total;
+    let means: Vec<f64> = (0..n).map(|i| if i == 0 { 0.0 } else { mean(i) }).collect();
+    let mut w = vec![0.0; n];
+    let mut z = vec![0.0; rows.len()];
+    for _ in 0..ROUNDS {
+        for i in 0..n {
+            let ridge = if i == 0 { 1e-3 } else { RIDGE };
+            let (mut slope, mut curve) = (-ridge * w[i], ridge);
+            for ((row, c), z) in rows.iter().zip(counts).zip(&z) {
+                let p = 1.0 / (1.0 + f64::exp(-z));
+                let x = row.x[i] - means[i];
+                slope += c * (f64::from(u8::from(row.right)) - p) * x;
+                curve += c * p * (1.0 - p) * x * x;
+            }
+            let mut next = w[i] + (slope / curve).clamp(-1.0, 1.0);
+            if next * SIGNS[i] < 0.0 {
+                next = 0.0;
+            }
+            for (row, z) in rows.iter().zip(&mut z) {
+                *z += (next - w[i]) * (row.x[i] - means[i]);
+            }
+            w[i] = next;
+        }
+    }
+    w[0] -= w.iter().zip(&means).map(|(w, m)| w * m).sum::<f64>();
+    w
+}

@@ -1,0 +1,183 @@
+//! Makes the scenes the confidence is fitted to, and fits it.
+//!
+//! `cargo run --release -p pose --example fit_pose_confidence -- collect SEED REPEATS FEATURES.csv`
+//! `cargo run --release -p pose --example fit_pose_confidence -- fit FEATURES.csv CHECKED.csv crates/pose/fitted/confidence.txt`
+//!
+//! `cargo xtask fit pose-confidence` runs both.
+//!
+//! `collect` piles blocks of several shapes in heaps, towers and rows on several grounds, lets several sensors measure
+//! them, and recognises them with their own catalogue and with wrong ones (other sizes, other shapes); and it makes land,
+//! stones, steps, stairs and plants that hold no block at all. Every accepted block becomes a row, right or wrong. What a
+//! file already holds is not made again, so that an interrupted collection goes on with the same command. `fit` fits the
+//! first file and tells on the standard error how well the second, which must be of another seed, is predicted.
+
+mod logistic;
+mod nature;
+mod piles;
+
+use geom::{SeedTree, Silent};
+use pose::{EvidenceConfig, NAMES, PoseConfig};
+use rand::RngExt;
+use scene::{Catalog, PoseLimits, PosedModel, Segmentation, Survey};
+use std::collections::BTreeSet;
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::Path;
+use synth::SynthScene;
+
+fn main() {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = args.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        ["collect", seed, repeats, out] => {
+            let number = |s: &str| s.parse().expect("SEED and REPEATS are numbers");
+            collect(number(seed), number(repeats), &mut Features::open(Path::new(out)));
+        }
+        ["fit", fitted, checked, out] => {
+            std::fs::write(out, logistic::fit(fitted, checked)).expect("OUT can be written");
+        }
+        _ => {
+            eprintln!(
+                "usage: fit_pose_confidence collect SEED REPEATS FEATURES | fit FEATURES CHECKED OUT"
+            );
+            std::process::exit(2);
+        }
+    }
+}
+
+/// Settings of each shape in one repeat; others in the next.
+const SETTINGS: usize = 7;
+
+/// A features file, which grows by one condition at a time.
+struct Features {
+    file: std::fs::File,
+    /// Conditions it holds.
+    there: BTreeSet<String>,
+}
+
+impl Features {
+    fn open(path: &Path) -> Self {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let there: BTreeSet<String> =
+            text.lines().filter_map(|l| l.strip_prefix("# ")).map(str::to_owned).collect();
+        let file = OpenOptions::new().create(true).append(true).open(path);
+        let mut file = file.expect("FEATURES can be written");
+        if text.is_empty() {
+            writeln!(file, "condition,right,sd-shift,sd-turn,{}", NAMES.join(" "))
+                .expect("FEATURES can be written");
+        }
+        Self { file, there }
+    }
+
+    fn has(&self, condition: &str) -> bool {
+        self.there.contains(condition)
+    }
+
+    /// Adds the rows of a condition, whole or not at all.
+    fn add(&mut self, condition: &str, rows: &str) {
+        let text = format!("{rows}# {condition}\n");
+        self.file.write_all(text.as_bytes()).expect("FEATURES can be written");
+    }
+}
+
+/// Rows of every condition.
+fn collect(seed: u64, repeats: u64, out: &mut Features) {
+    for repeat in 0..repeats {
+        let seed = SeedTree::new(seed).child("confidence", repeat);
+        for step in 0..SETTINGS {
+            for (s, (name, own)) in piles::shapes().iter().enumerate() {
+                let n = step * 3 + s * 2 + repeat as usize * 11;
+                let (setting, recipe) = piles::setting(name, n);
+                let condition = format!("{setting}/{repeat}");
+                if out.has(&condition) {
+                    continue;
+                }
+                let seed = seed.child(name, step as u64);
+                let mut found = String::new();
+                if let Some(made) = piles::pile(own, &recipe, seed) {
+                    found += &rows(&condition, &made.survey, own, Some(&made));
+                    let wrong = wrong_catalogue(own, s, step, seed);
+                    found +=
+                        &rows(&format!("{}/{condition}", wrong.0), &made.survey, &wrong.1, None);
+                }
+                out.add(&condition, &found);
+            }
+            let kind = step % nature::KINDS.len();
+            let name = nature::KINDS[kind];
+            // Every kind of land for some of the shapes, the others in the next repeat.
+            for (s, (shape, own)) in piles::shapes().into_iter().enumerate() {
+                let condition = format!("{name}/{shape}/{repeat}");
+                if (s + step + repeat as usize).is_multiple_of(2) && !out.has(&condition) {
+                    let survey = nature::nature(kind, &own, seed.child(name, 0).child(shape, 0));
+                    out.add(&condition, &rows(&condition, &survey, &own, None));
+                }
+            }
+        }
+    }
+}
+
+/// A catalogue of what does not lie there: a wrong size or a wrong shape.
+fn wrong_catalogue(own: &Catalog, s: usize, step: usize, seed: SeedTree) -> (String, Catalog) {
+    let mut rng = seed.child("wrong", 0).rng();
+    if step.is_multiple_of(2) {
+        let sizes = [0.82, 0.9, 0.94, 0.96, 1.04, 1.06, 1.1, 1.2];
+        let factor = sizes[rng.random_range(0..sizes.len())];
+        let (_, model) = own.iter().next().expect("one block");
+        return (format!("size-{factor}"), Catalog::new(vec![model.scaled(factor)]));
+    }
+    let all = piles::shapes();
+    let (name, other) = &all[(s + rng.random_range(1..all.len())) % all.len()];
+    (format!("as-{name}"), other.clone())
+}
+
+/// A row for every accepted block of a survey; without truth all are wrong.
+fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&SynthScene>) -> String {
+    let evidence = EvidenceConfig { min_confidence: 0.0, max_shared: 0.2, ..Default::default() };
+    let config = PoseConfig { evidence, ..Default::default() };
+    let n = survey.cloud.len();
+    let nothing =
+        Segmentation { instance: vec![0; n], confidence: vec![0.0; n], ..Default::default() };
+    let seed = SeedTree::new(0);
+    let found = pose::recognise_with_features(survey, &nothing, catalog, &config, seed, &Silent);
+    let found = match found {
+        Ok(found) => found,
+        Err(e) => {
+            eprintln!("{condition}: {e}");
+            return String::new();
+        }
+    };
+    let mut out = String::new();
+    for (block, features) in found {
+        let Some(features) = features else { continue };
+        let Some(fit) = block.fit() else { continue };
+        let model = catalog.get(fit.model);
+        let error = |s: &SynthScene| {
+            s.scene
+                .blocks
+                .iter()
+                .map(|b| {
+                    let truth = PosedModel::new(catalog.get(b.model), b.site_from_block);
+                    let e = fit.posed(catalog).error(&truth);
+                    (e.displacement_m, e.rotation_rad)
+                })
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .expect("a pile has blocks")
+        };
+        let error = truth.map(error);
+        let limits = PoseLimits::right(model);
+        let right = error.is_some_and(|(shift_m, turn_rad)| {
+            shift_m <= limits.displacement_m && turn_rad <= limits.rotation_rad
+        });
+        // Errors over their standard deviations, for judging the covariance.
+        let sd = |k: usize| {
+            let variance =
+                |c: &scene::Covariance| (0..3).map(|i| c.row_major()[7 * (k + i)]).sum::<f32>();
+            fit.covariance.as_ref().map_or(f32::INFINITY, |c| variance(c).sqrt())
+        };
+        let (shift, turn) = error.map_or((0.0, 0.0), |e| (e.0 / sd(0), e.1 / sd(3)));
+        let terms: Vec<String> = features.terms().iter().map(|t| format!("{t:.4}")).collect();
+        let (right, terms) = (u8::from(right), terms.join(" "));
+        out += &format!("{condition},{right},{shift:.2},{turn:.2},{terms}\n");
+    }
+    out
+}
