@@ -104,7 +104,7 @@ fn planned(site: &Path, plan: &Path, blocks: &str) -> Vec<String> {
 
 fn event(out: &str, name: &str) -> serde_json::Value {
     let lines = out.lines().filter_map(|l| serde_json::from_str::<serde_json::Value>(l).ok());
-    let found = lines.filter(|e| e["event"] == name).last();
+    let found = lines.rev().find(|e| e["event"] == name);
     found.unwrap_or_else(|| panic!("no event {name} in {out}"))["value"].clone()
 }
 
