@@ -104,7 +104,7 @@ fn chosen(points: &[Vec3], cell: impl Fn(Vec3) -> usize, side_m: f32) -> Vec<usi
 }
 
 /// Spread of the heights about their own plane, metres: tenth to ninth tenth.
-fn relief_m(points: &[Vec3], side_m: f32) -> f32 {
+pub fn relief_m(points: &[Vec3], side_m: f32) -> f32 {
     let mean = points.iter().copied().sum::<Vec3>() / points.len().max(1) as f32;
     let (mut xx, mut xy, mut yy, mut xz, mut yz) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for p in points {

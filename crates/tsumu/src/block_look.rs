@@ -6,12 +6,15 @@
 use crate::block_size::entry_sizes_m;
 use crate::surveys::{self, Joined};
 use crate::{Job, Settings, catalogue};
-use geom::{DVec3, Silent};
+use geom::{DVec3, Silent, Vec3};
 use io::site::Site;
-use pipeline::sizes::{REFUSED_FROM, SizeProposal, SizeSearch, WARNED_FROM, fit_sizes, windows};
+use pipeline::sizes::{
+    REFUSED_FROM, SizeProposal, SizeSearch, WARNED_FROM, fit_sizes, relief_m, windows,
+};
 use pipeline::survey::{Limit, SurveyFacts, not_judgeable};
 use preflight::{Preflight, SizeLook, SurfaceLook, SurveyLook, Texture};
 use scene::{Area, BlockModel, Catalog, CatalogSpec, Complaint, Survey};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Points that are looked at.
@@ -66,35 +69,37 @@ fn part(mut site: Site, found: &Preflight) -> Option<Survey> {
     Some(windows(&survey, POINTS))
 }
 
-/// A square of the survey with more relief than most.
+/// Of all squares this share has less relief than the one that is looked at: piles may be a small part of a harbour, and the
+/// very highest are walls and trees.
+const RANK: f32 = 0.97;
+
+/// A square of the survey with more relief about its own plane than most.
 fn window(look: &SurveyLook) -> Option<Area> {
     let side = (POINTS as f64 / look.density_per_m2).sqrt();
-    let [west, south, _] = look.low;
-    let mut heights: std::collections::BTreeMap<[i64; 2], Vec<f64>> = Default::default();
-    for DVec3 { x, y, z } in look.sample.iter().copied() {
-        let key = [(x - west) / side, (y - south) / side].map(|v| v.floor() as i64);
-        heights.entry(key).or_default().push(z);
+    let corner = DVec3::from_array(look.low);
+    let mut cells: BTreeMap<[i64; 2], Vec<Vec3>> = BTreeMap::new();
+    for p in &look.sample {
+        let at = *p - corner;
+        let key = [at.x / side, at.y / side].map(|v| v.floor() as i64);
+        cells.entry(key).or_default().push(at.as_vec3());
     }
-    let full = heights.values().map(Vec::len).max()?;
-    let spread = |z: &mut Vec<f64>| {
-        z.sort_by(f64::total_cmp);
-        z[z.len() * 9 / 10] - z[z.len() / 10]
-    };
-    let mut cells: Vec<(f64, [i64; 2])> = heights
+    let full = cells.values().map(Vec::len).max()?;
+    let mut relief: Vec<(f32, [i64; 2])> = cells
         .into_iter()
-        .filter(|(_, z)| 2 * z.len() >= full)
-        .map(|(cell, mut z)| (spread(&mut z), cell))
+        .filter(|(_, points)| 2 * points.len() >= full)
+        .map(|(cell, points)| (relief_m(&points, side as f32), cell))
         .collect();
-    cells.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let (_, [i, j]) = *cells.get(cells.len() * 8 / 10)?;
-    let (west, south) = (west + i as f64 * side, south + j as f64 * side);
+    relief.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let rank = (RANK * relief.len().saturating_sub(1) as f32).round() as usize;
+    let (_, [i, j]) = *relief.get(rank)?;
+    let (west, south) = (corner.x + i as f64 * side, corner.y + j as f64 * side);
     Some(Area { west, east: west + side, south, north: south + side })
 }
 
 fn texture_complaints(texture: &Texture, file: &str, found: &mut Preflight) {
     if texture.scattered_share > 0.3 {
         let text = format!(
-            "{:.0} % of the points lie on no surface: vegetation, spray or noise",
+            "{:.0} % of the points looked at lie on no surface: vegetation, spray or noise",
             100.0 * texture.scattered_share
         );
         let advice = "clean the survey, or leave classes out with leave_out";
@@ -102,7 +107,7 @@ fn texture_complaints(texture: &Texture, file: &str, found: &mut Preflight) {
     }
     if texture.flat_share > 0.8 {
         let text = format!(
-            "{:.0} % of the points lie on planes wider than two blocks: bed, walls or water",
+            "{:.0} % of the points looked at lie on planes wider than two blocks: bed, walls or water",
             100.0 * texture.flat_share
         );
         let advice = "see that the pile itself is surveyed";
