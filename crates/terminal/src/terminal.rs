@@ -1,6 +1,6 @@
 //! Progress for people (a bar with the time left, after two seconds) and for machines (`--json`).
 
-use crate::Output;
+use crate::{Language, Output, language};
 use geom::{Event, Observer, PartState};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -18,6 +18,7 @@ pub struct Terminal {
     verbose: u8,
     quiet: bool,
     json: bool,
+    language: Language,
     bars: bool,
     threads: Option<usize>,
     cancel: Cancel,
@@ -50,7 +51,7 @@ impl Terminal {
             if asked.cancel() {
                 std::process::exit(1);
             }
-            eprintln!("stopping after the work in hand; press Ctrl-C again to stop at once");
+            to_stderr("stopping after the work in hand; press Ctrl-C again to stop at once");
         });
         // Without it an abort ends as the system ends it.
         #[cfg(unix)]
@@ -61,6 +62,7 @@ impl Terminal {
             verbose: output.verbose,
             quiet: output.quiet,
             json: output.json,
+            language: Language::chosen(output.lang, |name| std::env::var(name).ok()),
             bars: !output.json && !output.quiet && std::io::stderr().is_terminal(),
             threads: output.threads,
             cancel,
@@ -88,7 +90,7 @@ impl Terminal {
     /// A line of the result, for people; silent with `--json` and `--quiet`.
     pub fn say(&self, line: impl AsRef<str>) {
         if !self.json && !self.quiet {
-            print_line(line.as_ref());
+            print_line(&self.language.line(line.as_ref()));
         }
     }
 
@@ -106,10 +108,13 @@ impl Terminal {
         self.clear();
         let message = error.line();
         if self.json {
-            let event = json!({ "event": "failed", "code": code, "message": message });
+            let id = error.lines().iter().find_map(|line| language::code(line));
+            let event = json!({ "event": "failed", "code": code, "id": id, "message": message });
             print_line(&event.to_string());
         }
-        error.lines().iter().for_each(|line| eprintln!("tsumu: {line}"));
+        for line in error.lines() {
+            to_stderr(&format!("tsumu: {}", self.language.line(&line)));
+        }
     }
 
     /// A part is done: its wall time, and that it was kept or is kept from now on.
@@ -137,6 +142,7 @@ impl Terminal {
     }
 
     fn above_bar(&self, line: &str) {
+        let line = &self.language.line(line);
         match self
             .running
             .lock()
@@ -144,8 +150,8 @@ impl Terminal {
             .as_ref()
             .and_then(|r| r.bar.as_ref())
         {
-            Some(bar) => bar.suspend(|| eprintln!("{line}")),
-            None => eprintln!("{line}"),
+            Some(bar) => bar.suspend(|| to_stderr(line)),
+            None => to_stderr(line),
         }
     }
 }
@@ -201,6 +207,11 @@ fn bar(stage: &'static str, total: u64) -> ProgressBar {
     bar.set_style(style);
     bar.set_message(stage);
     bar
+}
+
+/// A line for people. Where it cannot be written, the disk behind it being full, the work counts more than its warnings.
+pub(crate) fn to_stderr(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// What kept a line from standard output.
