@@ -310,7 +310,7 @@ mod tests {
         let (before, after) = (agrees(&TODAY), agrees(&learned.weights));
         assert!(before < 750 && after > 880, "{before} {after} {:?}", learned.weights);
         let loose = &learned.moved[3];
-        assert!(loose.learned > 1.0 && loose.raised_by > loose.lowered_by, "{loose:?}");
+        assert!(loose.learned > 0.4 && loose.raised_by > loose.lowered_by, "{loose:?}");
     }
 
     #[test]
