@@ -38,6 +38,10 @@ pub enum Command {
     Recognise(cmd::recognise::RecogniseArgs),
     /// Plan how many blocks to add, where, in which order and attitude
     Plan(cmd::plan::PlanArgs),
+    /// Say which block to place next, from a list of what was placed
+    Next(cmd::next::NextArgs),
+    /// Plan under other assumptions: crest, slope, block, overflow
+    WhatIf(cmd::what_if::WhatIfArgs),
     /// Write the report of a run folder again
     Report(cmd::report::ReportArgs),
     /// Tell what happened to every block between surveys, or what became of a plan

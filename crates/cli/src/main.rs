@@ -34,6 +34,8 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::Segment(args) => cmd::segment::segment(args, terminal, job),
         Command::Recognise(args) => cmd::recognise::recognise(args, terminal, job),
         Command::Plan(args) => cmd::plan::plan(args, terminal, job),
+        Command::Next(args) => cmd::next::next(args, terminal, job),
+        Command::WhatIf(args) => cmd::what_if::what_if(args, terminal, job),
         Command::Report(args) => cmd::report::report(args, terminal, job),
         Command::Compare(args) => cmd::compare::compare(args, terminal, job),
         Command::Evaluate(args) => cmd::evaluate::evaluate(args, terminal, job),

@@ -3,8 +3,9 @@
 use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
-    BlockFit, Compared, CountRange, LabelScores, PlannedSummary, Preflight, RecogniseSummary,
-    Recognition, Repeatability, Scores, Split, SurveyLook,
+    BlockFit, Compared, CountRange, LabelScores, NextLift, PlanChoice, PlannedSummary, Preflight,
+    RecogniseSummary, Recognition, Repeatability, Scores, Split, SurveyLook, TypeCount,
+    UnfilledCount, WhatIfRow,
 };
 
 fn percent(value: Option<f64>) -> String {
@@ -196,6 +197,87 @@ pub fn planned(summary: &PlannedSummary, terminal: &Terminal) {
         "void below the design {:.1} m³ before, {:.1} m³ after; mean distance to the design {:.2} m",
         p.void_before_m3, p.void_after_m3, p.mean_distance_m
     ));
+    types(&summary.types, terminal);
+    if let Some(days) = summary.days {
+        let a_day = f64::from(p.blocks) / f64::from(days.max(1));
+        terminal.say(format!("{days} working days, {a_day:.1} blocks a day (plan/lifts.csv)"));
+    }
+    unfilled(&summary.unfilled, terminal);
+}
+
+/// The next blocks to place.
+pub fn next(lifts: &[NextLift], terminal: &Terminal) {
+    if lifts.is_empty() {
+        terminal.say("every block of the plan is placed".to_string());
+    }
+    for l in lifts {
+        let (Some([x, y, z]), Some([tilt, bearing, second])) = (l.centre_m, l.attitude_deg) else {
+            terminal.say(format!(
+                "block {} ({}): its place has no stable pose any more; leave it out, or plan on with `tsumu plan --from`",
+                l.order, l.model
+            ));
+            continue;
+        };
+        let moved = match l.what {
+            "moved" => format!("moved {:.2} m from the plan", l.moved_m),
+            _ => "as planned".to_string(),
+        };
+        terminal.say(format!(
+            "block {} ({}): centre {x:.2}, {y:.2}, level {z:.2} m, {moved}; highest leg {tilt:.0}° from the vertical towards {bearing:.0}°, the second towards {second:.0}°",
+            l.order, l.model
+        ));
+    }
+}
+
+/// Heads of a what-if table.
+pub fn what_if_head(terminal: &Terminal) {
+    terminal.say(format!(
+        "{:>8}{:>8}{:>18}{:>10}{:>8}{:>10}{:>10}{:>10}{:>10}",
+        "raise m", "slope", "block", "f, m", "blocks", "mass t", "void left", "porosity", "protr."
+    ));
+}
+
+/// A row of it.
+pub fn what_if(row: &WhatIfRow, terminal: &Terminal) {
+    let [raise, slope, block, overflow] =
+        row.assumed.clone().map(|a| if a.is_empty() { "–".into() } else { a });
+    let [blocks, mass, _, _, left, _, porosity, protruding] = row.figures;
+    terminal.say(format!(
+        "{raise:>8}{slope:>8}{block:>18}{overflow:>10}{blocks:>8.0}{mass:>10.1}{left:>10.1}{porosity:>10.3}{protruding:>10.0}"
+    ));
+}
+
+/// Plans to choose from.
+pub fn choices(choices: &[PlanChoice], terminal: &Terminal) {
+    for c in choices {
+        let s = &c.plan.summary;
+        terminal.say(format!(
+            "  {:<12} {:>5} blocks, void filled {:.1} m³, left {:.1} m³, {} protruding, {:.1} contacts a block, cost {:.0}",
+            c.aim.word(),
+            s.blocks,
+            s.void_before_m3 - s.void_after_m3,
+            s.void_after_m3,
+            s.protruding,
+            c.mean_contacts(),
+            c.cost
+        ));
+    }
+}
+
+fn types(types: &[TypeCount], terminal: &Terminal) {
+    for t in types {
+        let stock = t.stock.map_or(String::new(), |stock| format!(" of {stock} in stock"));
+        terminal.say(format!("  {}: {} blocks{stock}, cost {:.0}", t.name, t.blocks, t.cost));
+    }
+}
+
+fn unfilled(reasons: &[UnfilledCount], terminal: &Terminal) {
+    if reasons.is_empty() {
+        return;
+    }
+    let of = |c: &UnfilledCount| format!("{} {} ({:.1} m³)", c.places, c.reason, c.void_m3);
+    let list: Vec<String> = reasons.iter().map(of).collect();
+    terminal.say(format!("places left below the design: {} (plan/unfilled.csv)", list.join(", ")));
 }
 
 fn count_range(range: &CountRange, terminal: &Terminal) {

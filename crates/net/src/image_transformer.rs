@@ -41,10 +41,10 @@ impl ImageTransformerConfig {
     /// What of it no network for images of this size can have, if anything.
     pub fn fault(&self, pixels: usize) -> Option<&'static str> {
         let Self { patch, width, heads, layers } = *self;
-        if patch == 0 || pixels % patch != 0 {
+        if patch == 0 || !pixels.is_multiple_of(patch) {
             return Some("patch: the image's pixels are a multiple of it");
         }
-        if heads == 0 || width == 0 || width % heads != 0 || width > 1024 {
+        if heads == 0 || width == 0 || !width.is_multiple_of(heads) || width > 1024 {
             return Some("width: a multiple of heads, at most 1024");
         }
         (layers == 0 || layers > 24).then_some("layers: 1 to 24")

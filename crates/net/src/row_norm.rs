@@ -26,7 +26,10 @@ pub struct NormWeights<'a> {
 /// Normalises rows `[n, c]` in place. Runs on the current rayon pool.
 pub fn normalise(rows: &mut [f32], weights: NormWeights<'_>) {
     let c = weights.gain.len();
-    assert!(weights.bias.len() == c && rows.len() % c.max(1) == 0, "rows of one number a gain");
+    assert!(
+        weights.bias.len() == c && rows.len().is_multiple_of(c.max(1)),
+        "rows of one number a gain"
+    );
     let arch = pulp::Arch::new();
     rows.par_chunks_mut(ROWS * c).for_each(|rows| arch.dispatch(Normalise { rows, weights }));
 }

@@ -51,7 +51,7 @@ impl Key {
     }
 
     /// Whether what changes something comes from the page.
-    fn from_the_page(&self, headers: &HeaderMap) -> bool {
+    fn is_of_the_page(&self, headers: &HeaderMap) -> bool {
         let text = |name: &str| headers.get(name).map(|h| h.to_str().unwrap_or_default());
         let ours = |o: &str| self.hosts.iter().any(|h| o == format!("http://{h}"));
         text(OWN_HEADER).is_some()
@@ -124,7 +124,7 @@ fn admitted(key: &Key, request: &Request) -> Admitted {
     if !key.has_cookie(headers) {
         return Admitted::Not(locked());
     }
-    if !reads && !key.from_the_page(headers) {
+    if !reads && !key.is_of_the_page(headers) {
         return no("origin", "only the page itself may change something");
     }
     Admitted::Asks

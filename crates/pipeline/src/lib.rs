@@ -114,6 +114,11 @@ pub fn count_range(
     )?)
 }
 
+/// Design, survey and survey with the plan, on one raster.
+pub fn planned_surfaces(works: &Works, scene: &Scene, plan: &Plan) -> Surfaces {
+    plan::surfaces(&surfaces_input(works, scene, plan))
+}
+
 /// What drawings show of a plan.
 pub fn surfaces(works: &Works, scene: &Scene, plan: &Plan) -> (Surfaces, Vec<plan::CrossSection>) {
     let input = surfaces_input(works, scene, plan);
@@ -131,6 +136,54 @@ pub fn unfilled(
     config: &Config,
 ) -> Result<Vec<plan::Unfilled>, PipelineError> {
     Ok(plan::unfilled(&input(works, scene), &config.plan, surfaces, plan)?)
+}
+
+/// The signs by which each block of a plan was ranked.
+pub fn signs_of_plan(
+    works: &Works,
+    scene: &Scene,
+    plan: &Plan,
+    config: &Config,
+) -> Result<Vec<plan::Signs>, PipelineError> {
+    Ok(plan::signs_of_plan(&input(works, scene), &config.plan, plan)?)
+}
+
+/// Pairs of places to choose between, where an answer teaches most.
+pub fn pairs_to_choose(
+    works: &Works,
+    scene: &Scene,
+    config: &Config,
+    (learned, count): (&plan::Learned, usize),
+    seed: SeedTree,
+) -> Result<Vec<plan::CandidatePair>, PipelineError> {
+    let (input, seed) = (input(works, scene), seed.child("plan", 0));
+    Ok(plan::pairs_to_choose(&input, &config.plan, learned, count, seed, &geom::Silent)?)
+}
+
+/// The next blocks of a plan on what was really placed.
+pub fn next_blocks(
+    works: &Works,
+    config: &Config,
+    plan: &Plan,
+    asked: (&std::collections::BTreeSet<u32>, usize),
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<plan::Next>, PipelineError> {
+    let ground = ground_of(works, config, observer);
+    let scene = Scene { blocks: placed_blocks(works.blocks), ground };
+    let (input, seed) = (input(works, &scene), seed.child("plan", 0));
+    Ok(plan::next_blocks(&input, &config.plan, plan, asked, seed, observer)?)
+}
+
+/// Three plans of the same works to choose from.
+pub fn plan_choices(
+    works: &Works,
+    scene: &Scene,
+    config: &Config,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<(plan::Aim, Plan)>, PipelineError> {
+    Ok(plan::choices(&input(works, scene), &config.plan, seed.child("plan", 0), observer)?)
 }
 
 /// How far each survey point lies below the design, metres.

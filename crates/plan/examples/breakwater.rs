@@ -55,6 +55,12 @@ fn main() {
             "verify" => config.search.verify = f() as u32,
             "trapped" => config.search.trapped_weight = f(),
             "protrusion" => config.search.protrusion_weight = f(),
+            "improve" => config.search.improve = f(),
+            "temperature" => config.search.temperature = f(),
+            "wv" => config.objective.void = f(),
+            "wc" => config.objective.count = f(),
+            "wp" => config.objective.protrusion = f(),
+            "ws" => config.objective.stability = f(),
             "inside" => {
                 config.inside =
                     if v == "centre" { plan::Inside::Centre } else { plan::Inside::Whole }
@@ -66,13 +72,14 @@ fn main() {
     println!(
         "policy seed blocks mean_m max_m protruding void_before void_after porosity rounds drops over/unset/unst/out seconds"
     );
+    let first = number("first", 0.0) as u64;
     for policy in value("policy", "random,search").split(',') {
         config.policy = match policy {
             "random" => Policy::Random,
             "search" => Policy::Search,
             other => panic!("no policy {other} here"),
         };
-        for seed in 0..number("seeds", 1.0) as u64 {
+        for seed in first..first + number("seeds", 1.0) as u64 {
             let started = Instant::now();
             let plan = match plan::plan(&input, &config, SeedTree::new(seed), &Silent) {
                 Ok(plan) => plan,

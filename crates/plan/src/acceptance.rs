@@ -1,6 +1,6 @@
 //! Whether a block that has settled may stay: overflow check and constructability (METHOD §6 step 4).
 
-use crate::{Settings, crane::Reach, stack::Stack, trial::Trial};
+use crate::{Settings, crane::Allowed, stack::Stack, trial::Trial};
 use geom::{HeightMap, Pose, Vec3};
 use scene::{ModelId, PlacementState};
 
@@ -74,7 +74,7 @@ pub(crate) fn above_design_m(stack: &Stack, centre: Vec3) -> f32 {
 pub(crate) fn judge(
     stack: &Stack,
     settings: &Settings,
-    reach: Option<&Reach>,
+    allowed: &Allowed,
     model: ModelId,
     limit_m: f32,
     trial: &Trial,
@@ -85,7 +85,8 @@ pub(crate) fn judge(
     let state = if trial.displaced_m > limit_m {
         PlacementState::Unstable
     } else if !stack.is_inside(model, &trial.rest, settings.inside)
-        || reach.is_some_and(|r| !r.covers(centre.truncate()))
+        || !allowed.covers(centre.truncate())
+        || !allowed.hook_high_enough(centre.z)
     {
         PlacementState::Outside
     } else if !trial.at_rest {

@@ -4,7 +4,10 @@
 //! (× d_box / 2 m; volumes with the cube), so that a 2 m block gets the method's figures and a 4 m block or a 5 cm
 //! part gets sensible ones. [`PlanConfig`] is what a user writes, [`Settings`] what the planner uses.
 
-use crate::{CraneConfig, PlanError, UncertaintyConfig};
+use crate::{
+    BlockChoice, CraneConfig, ObjectiveConfig, PlanError, SignWeights, UncertaintyConfig,
+    WorksConfig, ZoneConfig,
+};
 use scene::BlockModel;
 use serde::{Deserialize, Serialize};
 use sim::PhysicsConfig;
@@ -42,6 +45,12 @@ pub struct PlanConfig {
     /// Name of the block to place; left out: the type most frequent in the pile, else the first of the catalogue.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub block: Option<String>,
+    /// Several types to place, instead of `block`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<BlockChoice>,
+    /// Parts of the works where light blocks may not lie.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<ZoneConfig>,
     /// Edge of a height-map cell Δl; 0.1 m for a 2 m block.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f32>,
@@ -95,9 +104,14 @@ pub struct PlanConfig {
     pub search: SearchConfig,
     /// Settings of policy `network`.
     pub network: NetworkConfig,
+    /// What makes one plan better than another; asked by `search.improve`.
+    pub objective: ObjectiveConfig,
     /// The crane, if its reach matters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crane: Option<CraneConfig>,
+    /// Working hours, rate and tides, if days are to be told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub works: Option<WorksConfig>,
     /// Physics settings.
     pub physics: PhysicsConfig,
     /// How the range of the count is found.
@@ -140,6 +154,14 @@ pub struct SearchConfig {
     pub trapped_weight: f32,
     /// Weight of what stands above the design against the block's height.
     pub protrusion_weight: f32,
+    /// Weights of all signs, as ratings taught them; left out: those of height, trapped void and protrusion above.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<SignWeights>,
+    /// Trials for each planned block in which it is lifted and its surroundings are filled anew; 0: the rounds alone.
+    pub improve: f32,
+    /// Loss of a trial that is accepted with probability 1/e at the start of improving, falling to 0 at its end; in volumes
+    /// of a block. 0: only what is better.
+    pub temperature: f32,
 }
 
 /// Settings of policy `network`; how poses are ranked stands with policy `search`.
@@ -152,6 +174,19 @@ pub struct NetworkConfig {
     pub nudge_cells: u32,
     /// Proposals verified by physics in each window.
     pub verify: u32,
+}
+
+impl SearchConfig {
+    /// With learned weights also where candidates are ranked on the raster, which knows void and protrusion alone.
+    fn ranked(&self) -> Self {
+        let Some(w) = self.weights else { return self.clone() };
+        let against_height = |weight: f32| (weight / w.above.max(0.1)).min(10.0);
+        Self {
+            trapped_weight: against_height(w.raised),
+            protrusion_weight: against_height(w.protruding),
+            ..self.clone()
+        }
+    }
 }
 
 impl Default for NetworkConfig {
@@ -168,6 +203,9 @@ impl Default for SearchConfig {
             verify: 8,
             trapped_weight: 0.25,
             protrusion_weight: 2.0,
+            weights: None,
+            improve: 0.0,
+            temperature: 0.0,
         }
     }
 }
@@ -177,6 +215,8 @@ impl Default for PlanConfig {
         Self {
             policy: Policy::Search,
             block: None,
+            blocks: Vec::new(),
+            zones: Vec::new(),
             cell_m: None,
             window_m: None,
             stride_m: None,
@@ -199,7 +239,9 @@ impl Default for PlanConfig {
             random: RandomConfig::default(),
             search: SearchConfig::default(),
             network: NetworkConfig::default(),
+            objective: ObjectiveConfig::default(),
             crane: None,
+            works: None,
             // Half the step rate and half the rest time of a pile: one block on fixed ones settles as well (the shake tells).
             physics: PhysicsConfig {
                 step_s: 1.0 / 60.0,
@@ -264,6 +306,8 @@ pub struct Settings {
     pub search: SearchConfig,
     /// Network settings.
     pub network: NetworkConfig,
+    /// What makes one plan better than another.
+    pub objective: ObjectiveConfig,
     /// Physics for this block size.
     pub physics: PhysicsConfig,
 }
@@ -302,8 +346,9 @@ impl PlanConfig {
             loose_radius_m: if self.frozen { 0.0 } else { 2.0 * reach_m },
             roam_m,
             random: self.random,
-            search: self.search.clone(),
+            search: self.search.ranked(),
             network: self.network,
+            objective: self.objective,
             physics: self.physics.for_block_size(model.d_box_m),
         };
         settings.check()?;
@@ -325,6 +370,9 @@ const MOST: [(&str, Count, u32); 7] = [
     ("network.proposals", |s| s.network.proposals, 10_000),
     ("network.verify", |s| s.network.verify, 1_000),
 ];
+
+/// Trials a block from which nothing more is gained.
+const MOST_PASSES: f32 = 1_000.0;
 
 impl Settings {
     fn check(&self) -> Result<(), PlanError> {
@@ -387,6 +435,22 @@ impl Settings {
         positive("network.verify", self.network.verify as f32)?;
         not_negative("search.trapped_weight", self.search.trapped_weight)?;
         not_negative("search.protrusion_weight", self.search.protrusion_weight)?;
+        not_negative("search.improve", self.search.improve)?;
+        not_negative("search.temperature", self.search.temperature)?;
+        if self.search.improve > MOST_PASSES {
+            let (key, value) = ("search.improve", self.search.improve);
+            return Err(PlanError::BadSetting {
+                key,
+                value,
+                why: "more than 1000 passes gain nothing",
+            });
+        }
+        if self.search.improve > 0.0 && self.policy != Policy::Search {
+            let (key, value) = ("search.improve", self.search.improve);
+            return Err(PlanError::BadSetting { key, value, why: "it goes with policy `search`" });
+        }
+        self.search.weights.iter().try_for_each(SignWeights::check)?;
+        self.objective.check()?;
         Ok(self.physics.check()?)
     }
 }

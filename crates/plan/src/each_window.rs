@@ -25,13 +25,14 @@ pub fn each_window(
 ) -> Result<Vec<WindowAnswer>, PlanError> {
     let site = site::prepare(input, config, seed, observer)?;
     let stack = site.stack(input);
-    let mut found = windows::detect(&stack.surface, &stack.design, &site.settings, |_| true);
+    let mut found = windows::detect(&stack.surface, &stack.design, &site.main().settings, |_| true);
     windows::thin(&mut found, most as usize);
     let answer = |(number, window): (usize, &windows::Window)| {
         if observer.cancelled() {
             return Err(PlanError::Cancelled);
         }
-        let tried = rounds::serve(&site, &stack, window, 1, seed.child("window", number as u64));
+        let tried =
+            rounds::serve_type(site.main(), &stack, window, 1, seed.child("window", number as u64));
         let kept = tried.into_iter().find(|p| p.state == PlacementState::Kept);
         Ok(WindowAnswer { centre: window.centre, kept })
     };

@@ -64,12 +64,40 @@ pub enum PlanError {
     #[error("the catalogue has no block to place")]
     EmptyCatalog,
     /// The block asked for is not in the catalogue.
-    #[error("plan.block = \"{name}\" is not in the catalogue; it has: {known}")]
+    #[error("{key}: \"{name}\" is not in the catalogue; it has: {known}")]
     UnknownBlock {
+        /// Key in the file.
+        key: &'static str,
         /// The name asked for.
         name: String,
         /// Names there are.
         known: String,
+    },
+    /// A type that cannot be placed as asked.
+    #[error("plan.blocks, \"{name}\": {why}")]
+    Assortment {
+        /// The type.
+        name: String,
+        /// What is wrong and what to do.
+        why: String,
+    },
+    /// `block` and `blocks` contradict each other.
+    #[error(
+        "plan.block and plan.blocks are both given: keep plan.blocks for several types, plan.block for one"
+    )]
+    BlockAndBlocks,
+    /// A policy that knows one type only.
+    #[error(
+        "policy `network` places one type: give plan.block instead of plan.blocks, or use policy `search`"
+    )]
+    NetworkPlacesOneType,
+    /// A zone that cannot be.
+    #[error("plan.zones, \"{name}\": {why}")]
+    Zone {
+        /// What the file calls it.
+        name: String,
+        /// What is wrong and what to do.
+        why: String,
     },
     /// The design has no cell anywhere.
     #[error(

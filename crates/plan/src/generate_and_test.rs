@@ -71,8 +71,9 @@ pub fn generate_and_test(
     let config = PlanConfig { policy: Policy::Random, ..config.clone() };
     let site = site::prepare(input, &config, seed, observer)?;
     let stack = site.stack(input);
-    let settings = &site.settings;
-    let block = stack.catalog.get(site.model);
+    let kind = site.main();
+    let settings = &kind.settings;
+    let block = stack.catalog.get(kind.model);
     let mut found = windows::detect(&stack.surface, &stack.design, settings, |_| true);
     windows::thin(&mut found, generate.windows as usize);
     observer.event(geom::Event::Started { stage: "generate", total: found.len() as u64 });
@@ -85,16 +86,16 @@ pub fn generate_and_test(
         let origin = window_origin(&stack, window.centre);
         let mut best: Vec<GoodDrop> = Vec::new();
         for _ in 0..generate.drops {
-            let Some(drop) = random_pose::pose(&stack, settings, site.model, window, &mut rng)
+            let Some(drop) = random_pose::pose(&stack, settings, kind.model, window, &mut rng)
             else {
                 continue;
             };
-            let trial = Drop::new(&stack, settings, site.model, &drop)
+            let trial = Drop::new(&stack, settings, kind.model, &drop)
                 .settle(settings.displacement_limit_m, &|_| false);
             if !trial.at_rest || trial.displaced_m > settings.displacement_limit_m {
                 continue;
             }
-            let filled_m3 = acceptance::impact(&stack, site.model, &trial.rest).filled_m3;
+            let filled_m3 = acceptance::impact(&stack, kind.model, &trial.rest).filled_m3;
             let canonical = block.symmetry.canonical(&drop);
             let centre = canonical * block.centre - origin;
             let drop = Pose::from_parts(centre, canonical.rotation);

@@ -10,9 +10,10 @@ use scene::Placement;
 
 /// The placements in placing order, numbered from 1.
 pub(crate) fn ordered(kept: Vec<Placement>, stack: &Stack, site: &Site) -> Vec<Placement> {
-    let block = stack.catalog.get(site.model);
-    let centres: Vec<Vec3> = kept.iter().map(|p| p.rest * block.centre).collect();
-    let order = placing_order(&centres, block.d_max_m, site.reach.as_ref());
+    let centre = |p: &Placement| p.rest * stack.catalog.get(p.model).centre;
+    let centres: Vec<Vec3> = kept.iter().map(centre).collect();
+    let reach_m = site.types.iter().map(|t| stack.catalog.get(t.model).d_max_m).fold(0.0, f32::max);
+    let order = placing_order(&centres, reach_m, site.main().allowed.reach.as_ref());
     let numbered = order
         .iter()
         .enumerate()

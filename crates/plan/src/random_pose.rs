@@ -1,7 +1,9 @@
 //! Policy `random`: any attitude, anywhere about the window's centre, lowered to just above the pile (the thesis' baseline);
 //! with many drops a window the best of them (the thesis' generate-and-test as a planner).
 
-use crate::{Settings, attitudes, rounds, silhouette, site::Site, stack::Stack, windows::Window};
+use crate::{
+    Settings, attitudes, rounds, silhouette, site::TypeToPlace, stack::Stack, windows::Window,
+};
 use geom::{Pose, SeedTree, Vec3};
 use rand::{Rng, RngExt};
 use scene::{ModelId, Placement, PlacementState};
@@ -14,31 +16,31 @@ const DRAWS: usize = 8;
 
 /// Drops into a window as often as the settings say; of what was tried at most one is kept.
 pub(crate) fn placed(
-    site: &Site,
+    kind: &TypeToPlace,
     stack: &Stack,
     window: &Window,
     round: u32,
     seed: SeedTree,
 ) -> Vec<Placement> {
-    let settings = &site.settings;
+    let settings = &kind.settings;
     let mut rng = seed.rng();
     if settings.random.drops == 1 {
-        let pose = pose(stack, settings, site.model, window, &mut rng);
+        let pose = pose(stack, settings, kind.model, window, &mut rng);
         return pose
-            .map(|drop| rounds::attempt(site, stack, &drop, settings.roam_m, round))
+            .map(|drop| rounds::attempt(kind, stack, &drop, settings.roam_m, round))
             .into_iter()
             .collect();
     }
     let mut best: Option<Placement> = None;
     let mut failed = Vec::new();
     for _ in 0..settings.random.drops {
-        let Some(drop) = pose(stack, settings, site.model, window, &mut rng) else { continue };
-        let dropped = rounds::dropped(site, stack, &drop, settings.displacement_limit_m, round);
+        let Some(drop) = pose(stack, settings, kind.model, window, &mut rng) else { continue };
+        let dropped = rounds::dropped(kind, stack, &drop, settings.displacement_limit_m, round);
         // One that could not win anyway need not be shaken.
         if best.as_ref().is_some_and(|b| dropped.impact.filled_m3 <= b.filled_m3) {
             continue;
         }
-        let placement = dropped.shaken(site);
+        let placement = dropped.shaken(kind);
         match placement.state {
             PlacementState::Kept => best = Some(placement),
             _ => failed.push(placement),

@@ -18,20 +18,15 @@ const SAME_TURN_RAD: f32 = 0.1;
 
 /// Placements of `previous` that are still to do and still hold; they are in the stack afterwards.
 pub(crate) fn carry_over(site: &Site, stack: &mut Stack, previous: &Plan) -> Vec<Placement> {
-    let settings = &site.settings;
+    let radius_m = site.types.iter().map(|t| t.settings.local_radius_m).fold(0.0, f32::max);
     let open: Vec<&Placement> =
         previous.placements.iter().filter(|p| !is_built(stack, p)).collect();
     let places: Vec<Vec2> =
         open.iter().map(|p| (p.drop * stack.catalog.get(p.model).centre).truncate()).collect();
-    let limit_m = if settings.policy == Policy::Random {
-        settings.roam_m
-    } else {
-        settings.displacement_limit_m
-    };
     let mut carried: Vec<(usize, Placement)> = Vec::new();
-    for batch in batches::independent(&places, 2.0 * settings.local_radius_m) {
+    for batch in batches::independent(&places, 2.0 * radius_m) {
         let found: Vec<Option<Placement>> =
-            batch.par_iter().map(|&i| still_holds(site, stack, open[i], limit_m)).collect();
+            batch.par_iter().map(|&i| still_holds(site, stack, open[i])).collect();
         for (&i, placement) in batch.iter().zip(found) {
             if let Some(p) = placement {
                 let block = InstanceId(stack.blocks.len() as u32 + 1);
@@ -55,14 +50,18 @@ fn is_built(stack: &Stack, p: &Placement) -> bool {
     })
 }
 
-fn still_holds(site: &Site, stack: &Stack, p: &Placement, limit_m: f32) -> Option<Placement> {
+/// The placement where a block dropped there now comes to rest as it says.
+pub(crate) fn still_holds(site: &Site, stack: &Stack, p: &Placement) -> Option<Placement> {
     let block = stack.catalog.get(p.model);
-    if p.model != site.model {
-        return None;
-    }
-    let again = rounds::attempt(site, stack, &p.drop, limit_m, p.round);
+    let kind = site.of_model(p.model)?;
+    let settings = &kind.settings;
+    let limit_m = match settings.policy {
+        Policy::Random => settings.roam_m,
+        _ => settings.displacement_limit_m,
+    };
+    let again = rounds::attempt(kind, stack, &p.drop, limit_m, p.round);
     let limits = PoseLimits {
-        displacement_m: SAME_PLACE * site.settings.displacement_limit_m,
+        displacement_m: SAME_PLACE * settings.displacement_limit_m,
         rotation_rad: SAME_TURN_RAD,
     };
     let rests = |pose| PosedModel::new(block, pose);

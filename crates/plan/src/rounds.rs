@@ -5,7 +5,7 @@
 
 use crate::{
     PlanError, Policy, acceptance, batches, network_pose, random_pose, search,
-    site::{Poses, Site},
+    site::{Poses, Site, TypeToPlace},
     stack::Stack,
     trial::Drop,
     windows::{self, Window},
@@ -51,22 +51,111 @@ pub(crate) fn fill(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Filled, PlanError> {
-    let settings = &site.settings;
-    let block = stack.catalog.get(site.model);
-    let expected = windows::void_m3(&stack.surface, &stack.design) * 0.5 / block.volume_m3;
+    let void_m3 = windows::void_m3(&stack.surface, &stack.design);
+    let expected = void_m3 * 0.5 / stack.catalog.get(site.main().model).volume_m3;
     observer.event(Event::Started { stage: "plan", total: expected.ceil() as u64 });
-    let mut filled = Filled::default();
-    let mut failures: Vec<Failure> = Vec::new();
-    let (mut tick, mut kept) = (0, 0_u64);
-    // Nobody reads or writes farther than this from a window's centre.
-    let apart_m = 2.0 * (settings.local_radius_m + settings.jitter_m.max(settings.window_m));
-    for round in 1..=settings.rounds {
+    let mut filling = Filling::new(site, stack);
+    for round in 1..=site.main().settings.rounds {
+        let mut windows = 0;
+        // The largest type's windows first: smaller ones fill what they leave.
+        for scale in 0..site.types.len() {
+            windows += filling.round(stack, scale, round, seed, observer)?;
+        }
+        if windows == 0 {
+            if round == 1 {
+                let message = nothing_to_do(stack, site.types.last().unwrap_or(site.main()));
+                observer.event(Event::Warned(Warning { stage: "plan", message }));
+            }
+            break;
+        }
+    }
+    filling.warn(stack, observer);
+    Ok(filling.filled)
+}
+
+/// The rounds so far.
+struct Filling<'s, 'a> {
+    site: &'s Site<'a>,
+    filled: Filled,
+    /// Of the windows of each type's size.
+    failures: Vec<Vec<Failure>>,
+    /// Whether a window of each type's size was ever found.
+    found: Vec<bool>,
+    /// What is left of each type.
+    stock: Vec<Option<u32>>,
+    tick: u32,
+    kept: u64,
+    /// Nobody reads or writes farther than this from a window's centre.
+    apart_m: f32,
+}
+
+impl<'s, 'a> Filling<'s, 'a> {
+    fn new(site: &'s Site<'a>, stack: &Stack) -> Self {
+        let apart = |t: &TypeToPlace| {
+            2.0 * (t.settings.local_radius_m + t.settings.jitter_m.max(t.settings.window_m))
+        };
+        let placed = |t: &TypeToPlace| {
+            stack.blocks[stack.existing..].iter().filter(|b| b.model == t.model).count() as u32
+        };
+        Self {
+            site,
+            filled: Filled::default(),
+            failures: site.types.iter().map(|_| Vec::new()).collect(),
+            found: vec![false; site.types.len()],
+            stock: site
+                .types
+                .iter()
+                .map(|t| t.stock.map(|s| s.saturating_sub(placed(t))))
+                .collect(),
+            tick: 0,
+            kept: 0,
+            apart_m: site.types.iter().map(apart).fold(0.0, f32::max),
+        }
+    }
+
+    /// One round over the windows of one type's size; how many there were.
+    fn round(
+        &mut self,
+        stack: &mut Stack,
+        scale: usize,
+        round: u32,
+        seed: SeedTree,
+        observer: &dyn Observer,
+    ) -> Result<usize, PlanError> {
+        if self.stock[scale] == Some(0) {
+            return Ok(0);
+        }
+        let windows = self.windows(stack, scale);
+        self.found[scale] |= !windows.is_empty();
+        let places: Vec<Vec2> = windows.iter().map(|w| w.centre).collect();
+        let seed = seed.child("round", u64::from(round));
+        let seed = if scale == 0 { seed } else { seed.child("scale", scale as u64) };
+        for batch in batches::independent(&places, self.apart_m) {
+            let mut left = batch.as_slice();
+            while !left.is_empty() {
+                if observer.cancelled() {
+                    return Err(PlanError::Cancelled);
+                }
+                let (now, later) = left.split_at(left.len().min(self.at_once()));
+                self.serve(stack, scale, round, &windows, now, seed);
+                left = later;
+            }
+            observer.event(Event::Advanced { stage: "plan", done: self.kept });
+        }
+        Ok(windows.len())
+    }
+
+    /// Windows of one scale that are worth a trial.
+    fn windows(&mut self, stack: &Stack, scale: usize) -> Vec<Window> {
+        let kind = &self.site.types[scale];
+        let (settings, block) = (&kind.settings, stack.catalog.get(kind.model));
+        let failures = &mut self.failures[scale];
         failures.retain(|f| {
             stack.last_change(f.place.x, f.place.y, settings.window_m + block.d_max_m) <= f.tick
         });
         let mut closed = Vec::new();
         let open = |w: &Window| {
-            if !site.reach.as_ref().is_none_or(|r| r.covers(w.centre)) {
+            if !kind.allowed.covers(w.centre) {
                 return false;
             }
             let near = failures
@@ -79,51 +168,88 @@ pub(crate) fn fill(
             false
         };
         let windows = windows::detect(&stack.surface, &stack.design, settings, open);
-        filled.closed.append(&mut closed);
-        if windows.is_empty() {
-            if round == 1 {
-                let message = nothing_to_do(stack, settings.minimum_volume_m3);
-                observer.event(Event::Warned(Warning { stage: "plan", message }));
+        self.filled.closed.append(&mut closed);
+        windows
+    }
+
+    /// Windows that may be served at the same time without using more of a type than there is.
+    fn at_once(&self) -> usize {
+        let left = self.stock.iter().flatten().filter(|&&n| n > 0).min();
+        left.map_or(usize::MAX, |&n| n as usize)
+    }
+
+    /// Serves windows that do not see each other.
+    fn serve(
+        &mut self,
+        stack: &mut Stack,
+        scale: usize,
+        round: u32,
+        windows: &[Window],
+        now: &[usize],
+        seed: SeedTree,
+    ) {
+        self.tick += 1;
+        let (site, stock) = (self.site, &self.stock);
+        let serve = |&w: &usize| {
+            serve(
+                &site.types,
+                stock,
+                stack,
+                scale,
+                &windows[w],
+                round,
+                seed.child("window", w as u64),
+            )
+        };
+        let results: Vec<Vec<Placement>> = now.par_iter().map(serve).collect();
+        for (&w, placements) in now.iter().zip(results) {
+            let deficit_m3 = windows[w].deficit_m3;
+            let settings = &site.types[scale].settings;
+            if let Some(p) = placements.iter().find(|p| p.state == PlacementState::Kept) {
+                self.keep(stack, p);
+            } else if settings.policy != Policy::Random || settings.random.drops > 1 {
+                let (place, tick) = (windows[w].centre, self.tick);
+                self.failures[scale].push(Failure { place, tick, deficit_m3 });
             }
-            break;
-        }
-        let places: Vec<Vec2> = windows.iter().map(|w| w.centre).collect();
-        let seed = seed.child("round", u64::from(round));
-        for batch in batches::independent(&places, apart_m) {
-            if observer.cancelled() {
-                return Err(PlanError::Cancelled);
-            }
-            tick += 1;
-            let results: Vec<Vec<Placement>> = batch
-                .par_iter()
-                .map(|&w| serve(site, stack, &windows[w], round, seed.child("window", w as u64)))
-                .collect();
-            for (&w, placements) in batch.iter().zip(results) {
-                let placed = placements.iter().find(|p| p.state == PlacementState::Kept);
-                if let Some(p) = placed {
-                    let id = InstanceId(stack.blocks.len() as u32 + 1);
-                    stack.add(
-                        PlacedBlock { block: id, model: p.model, site_from_block: p.rest },
-                        tick,
-                    );
-                    kept += 1;
-                } else if settings.policy != Policy::Random || settings.random.drops > 1 {
-                    failures.push(Failure {
-                        place: places[w],
-                        tick,
-                        deficit_m3: windows[w].deficit_m3,
-                    });
-                }
-                filled.tried.extend(placements.into_iter().map(|p| (p, windows[w].deficit_m3)));
-            }
-            observer.event(Event::Advanced { stage: "plan", done: kept });
+            self.filled.tried.extend(placements.into_iter().map(|p| (p, deficit_m3)));
         }
     }
-    Ok(filled)
+
+    fn keep(&mut self, stack: &mut Stack, p: &Placement) {
+        let block = InstanceId(stack.blocks.len() as u32 + 1);
+        stack.add(PlacedBlock { block, model: p.model, site_from_block: p.rest }, self.tick);
+        self.kept += 1;
+        let of = self.site.types.iter().position(|t| t.model == p.model);
+        if let Some(left) = of.and_then(|t| self.stock[t].as_mut()) {
+            *left = left.saturating_sub(1);
+        }
+    }
+
+    /// Says which of several types were never of use, and which ran out.
+    fn warn(&self, stack: &Stack, observer: &dyn Observer) {
+        if self.site.types.iter().all(|t| t.stock.is_none()) && self.site.types.len() == 1 {
+            return;
+        }
+        let warn = |message: String| {
+            observer.event(Event::Warned(Warning { stage: "plan", message }));
+        };
+        for (t, kind) in self.site.types.iter().enumerate() {
+            let name = &stack.catalog.get(kind.model).name;
+            let (v, total) = (kind.settings.minimum_volume_m3, kind.stock.unwrap_or(0));
+            if self.stock[t] == Some(0) {
+                warn(format!("all {total} blocks of \"{name}\" in stock are used"));
+            } else if !self.found[t] {
+                warn(format!(
+                    "\"{name}\" fits no window: none of its size lacks its minimum volume of {v:.2} m³ where it may lie; take it out of plan.blocks or reduce plan.minimum_volume_m3"
+                ));
+            }
+        }
+    }
 }
 
 /// Why the first round found no window.
-fn nothing_to_do(stack: &Stack, minimum_volume_m3: f32) -> String {
+fn nothing_to_do(stack: &Stack, kind: &TypeToPlace) -> String {
+    let minimum_volume_m3 = kind.settings.minimum_volume_m3;
     if windows::void_m3(&stack.surface, &stack.design) <= 0.0 {
         "the design lies below the present surface everywhere: nothing is to be added, the plan has 0 blocks".into()
     } else {
@@ -134,26 +260,61 @@ fn nothing_to_do(stack: &Stack, minimum_volume_m3: f32) -> String {
     }
 }
 
-/// Tries to place one block in a window; of what was tried at most one is kept.
+/// Tries every type of this scale and below that is left; at most one block is kept. What lies ready goes before what must be
+/// made, then the most void filled for its cost.
 pub(crate) fn serve(
-    site: &Site,
+    types: &[TypeToPlace],
+    stock: &[Option<u32>],
+    stack: &Stack,
+    scale: usize,
+    window: &Window,
+    round: u32,
+    seed: SeedTree,
+) -> Vec<Placement> {
+    let (mut best, mut failed): (Option<(bool, f32, Placement)>, Vec<Placement>) =
+        (None, Vec::new());
+    for (t, kind) in types.iter().enumerate().skip(scale) {
+        if stock[t] == Some(0) || !kind.allowed.covers(window.centre) {
+            continue;
+        }
+        let seed = if t == scale { seed } else { seed.child("type", t as u64) };
+        let tried = serve_type(kind, stack, window, round, seed);
+        let Some(kept) = tried.iter().find(|p| p.state == PlacementState::Kept) else {
+            failed.extend(tried);
+            continue;
+        };
+        let (ready, worth) = (kind.stock.is_some(), kept.filled_m3 / kind.cost);
+        if best.as_ref().is_none_or(|(r, w, _)| (ready, worth) > (*r, *w)) {
+            best = Some((ready, worth, kept.clone()));
+        }
+    }
+    best.map_or(failed, |(_, _, kept)| vec![kept])
+}
+
+/// Tries to place one block of a type in a window; of what was tried at most one is kept.
+pub(crate) fn serve_type(
+    kind: &TypeToPlace,
     stack: &Stack,
     window: &Window,
     round: u32,
     seed: SeedTree,
 ) -> Vec<Placement> {
-    let found = match &site.poses {
-        Poses::Random => return random_pose::placed(site, stack, window, round, seed),
-        Poses::Network(proposer, turn_rad) => network_pose::candidates(
-            stack,
-            &site.settings,
-            site.model,
-            (*proposer, *turn_rad),
-            window,
-        ),
-        Poses::Search(attitudes) => attitudes.candidates(stack, &site.settings, site.model, window),
-    };
-    search::best(site, stack, &found, round)
+    match &kind.poses {
+        Poses::Random => random_pose::placed(kind, stack, window, round, seed),
+        _ => search::best(kind, stack, &poses(kind, stack, window), round),
+    }
+}
+
+/// The poses worth a drop in a window, best first; policy `random` looks at none before it drops.
+pub(crate) fn poses(kind: &TypeToPlace, stack: &Stack, window: &Window) -> Vec<search::Candidate> {
+    let (settings, model) = (&kind.settings, kind.model);
+    match &kind.poses {
+        Poses::Random => Vec::new(),
+        Poses::Network(proposer, turn_rad) => {
+            network_pose::candidates(stack, settings, model, (*proposer, *turn_rad), window)
+        }
+        Poses::Search(attitudes) => attitudes.candidates(stack, settings, model, window),
+    }
 }
 
 /// A block that was dropped and judged, but not yet shaken.
@@ -166,33 +327,33 @@ pub(crate) struct Dropped<'a> {
 
 /// Drops a block and judges it.
 pub(crate) fn attempt(
-    site: &Site,
+    kind: &TypeToPlace,
     stack: &Stack,
     drop: &Pose,
     limit_m: f32,
     round: u32,
 ) -> Placement {
-    dropped(site, stack, drop, limit_m, round).shaken(site)
+    dropped(kind, stack, drop, limit_m, round).shaken(kind)
 }
 
 /// Drops a block and judges all but the shake, which costs as much as the drop.
 pub(crate) fn dropped<'a>(
-    site: &'a Site,
+    kind: &'a TypeToPlace,
     stack: &Stack,
     drop: &Pose,
     limit_m: f32,
     round: u32,
 ) -> Dropped<'a> {
-    let mut falling = Drop::new(stack, &site.settings, site.model, drop);
+    let mut falling = Drop::new(stack, &kind.settings, kind.model, drop);
     // What has rolled over the boundary does not roll back.
     let lost = |centre: Vec3| !stack.design_level_m(centre.x, centre.y).is_finite();
     let trial = falling.settle(limit_m, &lost);
     let (state, impact) =
-        acceptance::judge(stack, &site.settings, site.reach.as_ref(), site.model, limit_m, &trial);
+        acceptance::judge(stack, &kind.settings, &kind.allowed, kind.model, limit_m, &trial);
     let placement = Placement {
         order: 0,
         round,
-        model: site.model,
+        model: kind.model,
         drop: *drop,
         rest: trial.rest,
         filled_m3: impact.filled_m3,
@@ -204,9 +365,9 @@ pub(crate) fn dropped<'a>(
 
 impl Dropped<'_> {
     /// The verdict with the shake, which only what has passed everything else is asked.
-    pub fn shaken(mut self, site: &Site) -> Placement {
+    pub fn shaken(mut self, kind: &TypeToPlace) -> Placement {
         if self.placement.state == PlacementState::Kept
-            && self.world.shake() > site.settings.shake_limit_m
+            && self.world.shake() > kind.settings.shake_limit_m
         {
             self.placement.state = PlacementState::Unstable;
         }

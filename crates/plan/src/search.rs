@@ -6,9 +6,9 @@
 //! really rests deepest and closest wins.
 
 use crate::{
-    Settings, acceptance, attitudes, rounds,
+    Settings, acceptance, attitudes, rounds, signs,
     silhouette::{self, Silhouette},
-    site::Site,
+    site::TypeToPlace,
     stack::Stack,
     windows::Window,
 };
@@ -238,42 +238,70 @@ fn distinct(
 
 /// Drops the candidates and keeps the best that passes; the others count as tried only when none does. The shake costs as
 /// much as the drop: it is asked from the best on, and mostly once.
-pub(crate) fn best(site: &Site, stack: &Stack, found: &[Candidate], round: u32) -> Vec<Placement> {
-    let block = stack.catalog.get(site.model);
-    let weights = &site.settings.search;
-    let clearance_m = CLEARANCE * block.d_box_m;
-    let area = block.volume_m3.powf(2.0 / 3.0);
-    let mut failed: Vec<(usize, Placement)> = Vec::new();
-    let mut resting = Vec::new();
+pub(crate) fn best(
+    kind: &TypeToPlace,
+    stack: &Stack,
+    found: &[Candidate],
+    round: u32,
+) -> Vec<Placement> {
+    let (resting, mut failed) = resting(kind, stack, found, round);
+    for r in resting {
+        let placement = r.dropped.shaken(kind);
+        if placement.state == PlacementState::Kept {
+            return vec![placement];
+        }
+        failed.push((r.number, placement));
+    }
+    failed.sort_by_key(|(number, _)| *number);
+    failed.into_iter().map(|(_, placement)| placement).collect()
+}
+
+/// A candidate that came to rest within the rules, but for the shake.
+pub(crate) struct Resting<'a> {
+    cost: f32,
+    number: usize,
+    pub dropped: rounds::Dropped<'a>,
+}
+
+/// Those that came to rest, cheapest first, and those that were removed.
+pub(crate) fn resting<'a>(
+    kind: &'a TypeToPlace,
+    stack: &Stack,
+    found: &[Candidate],
+    round: u32,
+) -> (Vec<Resting<'a>>, Vec<(usize, Placement)>) {
+    let clearance_m = CLEARANCE * stack.catalog.get(kind.model).d_box_m;
+    let (mut failed, mut resting): (Vec<(usize, Placement)>, Vec<Resting>) = Default::default();
     for (number, candidate) in found.iter().enumerate() {
         let drop = Pose::from_parts(
             candidate.pose.translation + Vec3::Z * clearance_m,
             candidate.pose.rotation,
         );
         let dropped =
-            rounds::dropped(site, stack, &drop, site.settings.displacement_limit_m, round);
-        if dropped.placement.state != PlacementState::Kept {
+            rounds::dropped(kind, stack, &drop, kind.settings.displacement_limit_m, round);
+        if dropped.placement.state == PlacementState::Kept {
+            let cost = cost(kind, stack, &dropped);
+            resting.push(Resting { cost, number, dropped });
+        } else {
             failed.push((number, dropped.placement));
-            continue;
         }
-        let above_m = acceptance::above_design_m(stack, dropped.placement.rest * block.centre);
-        let impact = dropped.impact;
-        let cost = above_m
-            + (weights.trapped_weight * impact.raised_m3
-                + weights.protrusion_weight * impact.protruding_m3)
-                / area;
-        resting.push((cost, number, dropped));
     }
-    resting.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    for (_, number, dropped) in resting {
-        let placement = dropped.shaken(site);
-        if placement.state == PlacementState::Kept {
-            return vec![placement];
-        }
-        failed.push((number, placement));
+    resting.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.number.cmp(&b.number)));
+    (resting, failed)
+}
+
+/// What speaks against a block that rests.
+fn cost(kind: &TypeToPlace, stack: &Stack, dropped: &rounds::Dropped) -> f32 {
+    let (weights, impact, p) = (&kind.settings.search, dropped.impact, &dropped.placement);
+    if let Some(learned) = &weights.weights {
+        return learned.cost(&signs::signs_of(kind, stack, p, &impact));
     }
-    failed.sort_by_key(|(number, _)| *number);
-    failed.into_iter().map(|(_, placement)| placement).collect()
+    let block = stack.catalog.get(kind.model);
+    let area = block.volume_m3.powf(2.0 / 3.0);
+    acceptance::above_design_m(stack, p.rest * block.centre)
+        + (weights.trapped_weight * impact.raised_m3
+            + weights.protrusion_weight * impact.protruding_m3)
+            / area
 }
 
 impl Patch {

@@ -3,7 +3,8 @@
 use crate::uncertainty::MOST_SEEDS;
 use crate::{
     PlanConfig, PlanError, Policy, Settings,
-    crane::Reach,
+    assortment::{self, Choice},
+    crane::Allowed,
     network_pose::Proposer,
     search::Attitudes,
     stack::{self, Stack},
@@ -11,7 +12,10 @@ use crate::{
 };
 use geom::{HeightMap, Observer, PointCloud, SeedTree, Vec2, Vec3, Warning};
 use rand::RngExt;
-use scene::{Catalog, DesignSurface, ModelId, PlacedBlock, Scene, SiteFrame};
+use scene::{
+    Catalog, DesignSurface, InstanceId, ModelId, PlacedBlock, Placement, PlacementState, Scene,
+    SiteFrame,
+};
 use sim::{BlockShape, World};
 
 /// What a cell costs while a plan is made: five maps of f32 and two copies of the deficit's sums, with the room their growth
@@ -43,13 +47,23 @@ pub struct PlanInput<'a> {
 
 /// The checked site.
 pub(crate) struct Site<'a> {
-    pub settings: Settings,
-    pub model: ModelId,
+    /// What to place, the largest block first; at least one.
+    pub types: Vec<TypeToPlace<'a>>,
     pub shapes: Vec<BlockShape>,
-    pub poses: Poses<'a>,
-    pub reach: Option<Reach>,
     design: HeightMap,
     walls: Vec<(Vec3, Vec3)>,
+}
+
+/// One type that is placed, with everything that depends on its size and mass.
+pub(crate) struct TypeToPlace<'a> {
+    pub settings: Settings,
+    pub model: ModelId,
+    pub poses: Poses<'a>,
+    pub allowed: Allowed,
+    /// Blocks that lie ready; `None`: as many as needed are made.
+    pub stock: Option<u32>,
+    /// Cost of one in its place.
+    pub cost: f32,
 }
 
 /// Where initial poses come from, made ready.
@@ -68,34 +82,66 @@ pub(crate) fn prepare<'a>(
     observer: &dyn Observer,
 ) -> Result<Site<'a>, PlanError> {
     input.design.check()?;
-    let model = block_to_place(input, config)?;
-    let block = input.catalog.get(model);
-    let settings = config.resolve(block, input.catalog.d_max_m())?;
-    let margin_m = block.d_box_m;
-    check_raster(input.design, margin_m, &settings)?;
-    let mut design = stack::design_map(input.design, input.frame, settings.cell_m, margin_m);
+    let chosen = types_to_place(input, config)?;
+    let mut settings = chosen
+        .iter()
+        .map(|c| config.resolve(input.catalog.get(c.model), input.catalog.d_max_m()))
+        .collect::<Result<Vec<_>, _>>()?;
+    one_raster(&mut settings);
+    let margin_m = input.catalog.get(chosen[0].model).d_box_m;
+    check_raster(input.design, margin_m, &settings[0])?;
+    let mut design = stack::design_map(input.design, input.frame, settings[0].cell_m, margin_m);
     leave_out_unsurveyed(&mut design, input, config, margin_m, observer);
     if !design.z_m.iter().any(|z| z.is_finite()) {
-        return Err(PlanError::NoWorks { cell_m: settings.cell_m });
+        return Err(PlanError::NoWorks { cell_m: settings[0].cell_m });
     }
     check_place(input)?;
     let shapes =
         input.catalog.iter().map(|(_, m)| BlockShape::new(m)).collect::<Result<Vec<_>, _>>()?;
-    let warn =
-        |message: String| observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
-    if input.scene.blocks.is_empty() {
-        warn(
-            "no blocks were recognised: the plan builds on the bare ground; check the recognition before you use it"
-                .into(),
-        );
+    warn_of_pile(input, &shapes, &settings[0], observer);
+    warn_of_zones(input, config, &chosen, observer);
+    let walls = if settings[0].walls { walls(input)? } else { Vec::new() };
+    let types = chosen
+        .iter()
+        .zip(settings)
+        .map(|(choice, settings)| type_to_place(input, config, choice, settings, seed))
+        .collect::<Result<Vec<_>, _>>()?;
+    warn_of_hook(input, &types, &design, observer);
+    Ok(Site { types, shapes, design, walls })
+}
+
+/// What the configuration says to place, largest block first; without `blocks` one type of any number.
+pub(crate) fn types_to_place(
+    input: &PlanInput,
+    config: &PlanConfig,
+) -> Result<Vec<Choice>, PlanError> {
+    if config.blocks.is_empty() {
+        let model = block_to_place(input, config)?;
+        return Ok(vec![Choice { model, stock: None, cost: 1.0 }]);
     }
-    let (pairs, deepest_m) = overlaps(input, &shapes, &settings);
-    if pairs > 0 {
-        warn(format!(
-            "{pairs} pairs of recognised blocks overlap by more than {:.2} m (deepest {deepest_m:.2} m); they stay as they are, but check their poses",
-            DEEP * block.d_box_m
-        ));
+    if config.block.is_some() {
+        return Err(PlanError::BlockAndBlocks);
     }
+    if config.policy == Policy::Network && config.blocks.len() > 1 {
+        return Err(PlanError::NetworkPlacesOneType);
+    }
+    assortment::choices(&config.blocks, input.catalog)
+}
+
+/// All types are laid onto one raster: the finest that any of them asks for.
+fn one_raster(settings: &mut [Settings]) {
+    let cell_m = settings.iter().map(|s| s.cell_m).fold(f32::INFINITY, f32::min);
+    settings.iter_mut().for_each(|s| s.cell_m = cell_m);
+}
+
+fn type_to_place<'a>(
+    input: &PlanInput<'a>,
+    config: &PlanConfig,
+    choice: &Choice,
+    settings: Settings,
+    seed: SeedTree,
+) -> Result<TypeToPlace<'a>, PlanError> {
+    let block = input.catalog.get(choice.model);
     let poses = match settings.policy {
         Policy::Random => Poses::Random,
         Policy::Network => {
@@ -106,9 +152,85 @@ pub(crate) fn prepare<'a>(
             Poses::Search(Attitudes::new(block, &settings, seed.child("attitudes", 0)))
         }
     };
-    let reach = config.crane.as_ref().map(|c| c.reach(block.mass_kg(), input.frame)).transpose()?;
-    let walls = if settings.walls { walls(input)? } else { Vec::new() };
-    Ok(Site { settings, model, shapes, poses, reach, design, walls })
+    let mass_kg = block.mass_kg();
+    let reach =
+        config.crane.as_ref().map(|c| c.reach(mass_kg, block.d_box_m, input.frame)).transpose()?;
+    let closed = assortment::closed_zones(&config.zones, mass_kg, input.frame)?;
+    let allowed = Allowed { reach, closed };
+    let Choice { model, stock, cost } = *choice;
+    Ok(TypeToPlace { settings, model, poses, allowed, stock, cost })
+}
+
+fn warn(observer: &dyn Observer, message: String) {
+    observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
+}
+
+/// Says what is odd about the pile.
+fn warn_of_pile(
+    input: &PlanInput,
+    shapes: &[BlockShape],
+    settings: &Settings,
+    observer: &dyn Observer,
+) {
+    if input.scene.blocks.is_empty() {
+        let message = "no blocks were recognised: the plan builds on the bare ground; check the recognition before you use it";
+        warn(observer, message.into());
+    }
+    let d_box_m = input.catalog.iter().map(|(_, m)| m.d_box_m).fold(f32::INFINITY, f32::min);
+    let (pairs, deepest_m) = overlaps(input, shapes, settings);
+    if pairs > 0 {
+        warn(
+            observer,
+            format!(
+                "{pairs} pairs of recognised blocks overlap by more than {:.2} m (deepest {deepest_m:.2} m); they stay as they are, but check their poses",
+                DEEP * d_box_m
+            ),
+        );
+    }
+}
+
+/// Says where the hook is too low for the design.
+fn warn_of_hook(
+    input: &PlanInput,
+    types: &[TypeToPlace],
+    design: &HeightMap,
+    observer: &dyn Observer,
+) {
+    let Some((_, _, design_m)) = design.min_mean_max_m() else { return };
+    let highest =
+        |t: &TypeToPlace| t.allowed.reach.as_ref().map_or(f32::INFINITY, |r| r.highest_m());
+    let highest_m = types.iter().map(highest).fold(f32::NEG_INFINITY, f32::max);
+    if highest_m < design_m {
+        let site_m = |z: f32| f64::from(z) + input.frame.origin[2];
+        warn(
+            observer,
+            format!(
+                "the crane's hook lets blocks go with their centres at {:.2} m or lower, the design reaches {:.2} m: nothing is placed above; raise crane.hook_level_m or shorten crane.sling_m",
+                site_m(highest_m),
+                site_m(design_m)
+            ),
+        );
+    }
+}
+
+/// Says which zones stay empty because no type is heavy enough.
+fn warn_of_zones(
+    input: &PlanInput,
+    config: &PlanConfig,
+    chosen: &[Choice],
+    observer: &dyn Observer,
+) {
+    let heaviest_kg =
+        chosen.iter().map(|c| input.catalog.get(c.model).mass_kg()).fold(0.0, f32::max);
+    for zone in assortment::unserved(&config.zones, heaviest_kg) {
+        warn(
+            observer,
+            format!(
+                "zone \"{}\" asks for blocks of {:.0} kg or more, the heaviest of the plan has {heaviest_kg:.0} kg: nothing is placed there; add a heavier type to plan.blocks",
+                zone.name, zone.minimum_mass_kg
+            ),
+        );
+    }
 }
 
 /// Takes out of the works what nobody has surveyed, unless it is asked for, and says so.
@@ -132,7 +254,17 @@ fn leave_out_unsurveyed(
     }
 }
 
-impl Site<'_> {
+impl<'a> Site<'a> {
+    /// The largest type.
+    pub fn main(&self) -> &TypeToPlace<'a> {
+        &self.types[0]
+    }
+
+    /// The one of these that is placed with `model`.
+    pub fn of_model(&self, model: ModelId) -> Option<&TypeToPlace<'a>> {
+        self.types.iter().find(|t| t.model == model)
+    }
+
     /// The pile before planning.
     pub fn stack<'s>(&'s self, input: &PlanInput<'s>) -> Stack<'s> {
         let mut stack = Stack::new(
@@ -148,6 +280,16 @@ impl Site<'_> {
             stack.add(*block, 0);
         }
         stack.existing = stack.blocks.len();
+        stack
+    }
+
+    /// The pile with what of a plan is kept.
+    pub fn stack_with<'s>(&'s self, input: &PlanInput<'s>, tried: &[Placement]) -> Stack<'s> {
+        let mut stack = self.stack(input);
+        for p in tried.iter().filter(|p| p.state == PlacementState::Kept) {
+            let block = InstanceId(stack.blocks.len() as u32 + 1);
+            stack.add(PlacedBlock { block, model: p.model, site_from_block: p.rest }, 1);
+        }
         stack
     }
 }
@@ -167,7 +309,10 @@ pub fn check_extent(
             most: MOST_SEEDS,
         });
     }
-    let asked = |name: &str| config.block.as_ref().is_none_or(|block| block == name);
+    let listed =
+        |name: &str| config.blocks.is_empty() || config.blocks.iter().any(|b| b.name == name);
+    let asked =
+        |name: &str| config.block.as_ref().is_none_or(|block| block == name) && listed(name);
     for (_, model) in catalog.iter().filter(|(_, m)| asked(&m.name)) {
         let settings = config.resolve(model, catalog.d_max_m())?;
         check_raster(design, model.d_box_m, &settings)?;
@@ -227,7 +372,11 @@ pub fn block_to_place(input: &PlanInput, config: &PlanConfig) -> Result<ModelId,
     if let Some(name) = &config.block {
         return input.catalog.find(name).ok_or_else(|| {
             let known: Vec<&str> = input.catalog.iter().map(|(_, m)| m.name.as_str()).collect();
-            PlanError::UnknownBlock { name: name.clone(), known: known.join(", ") }
+            PlanError::UnknownBlock {
+                key: "plan.block",
+                name: name.clone(),
+                known: known.join(", "),
+            }
         });
     }
     let count = |id: ModelId| input.scene.blocks.iter().filter(|b| b.model == id).count();

@@ -1,7 +1,7 @@
 //! The pile as it stands at one moment of planning: blocks, present surface, design, who is near whom.
 
-use crate::Inside;
-use geom::{HeightMap, Pose, Vec2, Vec3};
+use crate::{Inside, region};
+use geom::{CellRect, HeightMap, Pose, Vec2, Vec3};
 use scene::{Catalog, DesignSurface, Ground, ModelId, PlacedBlock, SiteFrame};
 use sim::BlockShape;
 
@@ -80,6 +80,29 @@ impl<'a> Stack<'a> {
             walls: Vec::new(),
             buckets,
         }
+    }
+
+    /// A part of it on its own: these cells, and the blocks within `radius_m` of a place.
+    pub fn cropped(&self, cells: &CellRect, place: Vec2, radius_m: f32) -> Self {
+        let design = region::cropped(&self.design, cells);
+        let surface = region::cropped(&self.surface, cells);
+        let buckets = Buckets::new(&design, self.buckets.edge_m);
+        let mut part = Self {
+            blocks: Vec::new(),
+            existing: 0,
+            changed: vec![0; design.z_m.len()],
+            walls: self.walls.clone(),
+            surface,
+            design,
+            buckets,
+            ..*self
+        };
+        for i in self.near(place.x, place.y, radius_m) {
+            part.buckets.insert(self.centre(i).truncate(), part.blocks.len());
+            part.blocks.push(self.blocks[i]);
+        }
+        part.existing = part.blocks.len();
+        part
     }
 
     /// Adds a block and lifts the surface; `tick` counts batches.

@@ -115,7 +115,7 @@ pub fn uncertainty(
         });
     }
     let prepared = site::prepare(input, config, seed, observer)?;
-    let settings = &prepared.settings;
+    let settings = &prepared.main().settings;
     let or_own =
         |given: &[f32], own: f32| if given.is_empty() { vec![own] } else { given.to_vec() };
     let volumes = or_own(&study.minimum_volume_m3, settings.minimum_volume_m3);
@@ -153,7 +153,11 @@ pub fn uncertainty(
     observer.event(geom::Event::Finished { stage: "uncertainty" });
     let by_thresholds = cases.chunks(study.seeds as usize).map(of_thresholds).collect();
     let median = median_case(&cases).summary;
-    let volume_m3 = input.catalog.get(prepared.model).volume_m3;
+    // With several types: of the mean block of the median plan.
+    let volume_m3 = match prepared.types.len() > 1 && median.blocks > 0 {
+        true => median.concrete_m3 / median.blocks as f32,
+        false => input.catalog.get(prepared.main().model).volume_m3,
+    };
     let solid = 1.0 - study.handbook_porosity;
     let depth_m = median.void_before_m3 / median.area_m2.max(f32::MIN_POSITIVE);
     let layers = (depth_m / (study.layer_coefficient * volume_m3.cbrt())).round();

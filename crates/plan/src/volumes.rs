@@ -5,7 +5,9 @@
 //! one kept a larger window closed. The rounds remember both; where neither happened the plan is taken over, bit for bit
 //! what planning it would give.
 
-use crate::{PlanConfig, PlanError, PlanInput, finished, rounds, site, summary};
+use crate::{
+    PlanConfig, PlanError, PlanInput, bettered, finished, improve::Effort, rounds, site, summary,
+};
 use geom::{Event, Observer, SeedTree};
 use scene::Plan;
 
@@ -38,13 +40,25 @@ pub fn plans_over_volumes(
         let mut stack = site.stack(input);
         let before = summary::before(&stack);
         let filled = rounds::fill(&site, &mut stack, seed, observer)?;
-        let same = left.iter().skip(1).take_while(|&&i| filled.holds_for(volumes_m3[i])).count();
+        // Windows of several scales see each other's blocks, and improving sees everything.
+        let one_scale = site.types.len() == 1 && site.main().settings.search.improve <= 0.0;
+        let holds = |i: usize| one_scale && filled.holds_for(volumes_m3[i]);
+        let same = left.iter().skip(1).take_while(|&&i| holds(i)).count();
         let (now, later) = left.split_at(1 + same);
         for &i in now {
             let minimum_volume_m3 = volumes_m3[i];
-            let larger =
-                filled.tried.iter().filter(|(_, deficit_m3)| *deficit_m3 > minimum_volume_m3);
-            let plan = finished(&site, &stack, &before, larger.map(|(p, _)| p.clone()).collect());
+            let larger = filled.tried.iter().filter(|(_, d)| !one_scale || *d > minimum_volume_m3);
+            let tried = larger.map(|(p, _)| p.clone()).collect();
+            let plan = match one_scale {
+                true => finished(&site, &stack, &before, tried),
+                false => {
+                    let effort = Effort::of(&site.main().settings, 0);
+                    let from = site.stack_with(input, &tried);
+                    let (stack, tried) =
+                        bettered((&site, input), from, tried, &effort, seed, observer)?;
+                    finished(&site, &stack, &before, tried)
+                }
+            };
             plans[i] = Some(OfVolume { minimum_volume_m3, plan, made: i == first });
         }
         left = later;

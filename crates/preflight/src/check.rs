@@ -217,7 +217,7 @@ pub fn step_objection(step_m: f64, catalog: &Catalog) -> Option<String> {
 /// Heights that nothing on earth has: another column, or another unit. Files without a system of coordinates may have any.
 fn height_complaint(found: &SurveyLook) -> Option<Complaint> {
     let [low, middle, high] = found.levels_m;
-    (middle < HEIGHTS_M[0] || middle > HEIGHTS_M[1]).then(|| {
+    (!(HEIGHTS_M[0]..=HEIGHTS_M[1]).contains(&middle)).then(|| {
         let what = format!("heights of {low:.0} to {high:.0} m are nowhere on earth");
         let advice =
             "check the order of its columns and their unit; name the columns in the first line";

@@ -1,8 +1,8 @@
 //! What a report shows. Everything is computed elsewhere.
 
 use crate::Text;
-use geom::{HeightMap, Vec2, Vec3, Warning};
-use scene::{Catalog, Plan, Recognised, Review, Survey};
+use geom::{HeightMap, Pose, Vec2, Vec3, Warning};
+use scene::{Catalog, ModelId, Plan, Ratings, Recognised, Review, SIGNS, Survey};
 
 /// The content of one report. Start from [`ReportInput::new`] and fill in what there is.
 #[derive(Clone, Debug)]
@@ -44,6 +44,8 @@ pub struct ReportInput<'a> {
     pub alignment: Option<Alignment>,
     /// Places that stay below the design, and why.
     pub unfilled: Vec<UnfilledWindow>,
+    /// What a foreman may rate; `None`: no plan, or none of policy `search`.
+    pub rating: Option<Rating<'a>>,
     /// Heat maps: deficit before and after, distance.
     pub maps: Vec<MapLayer<'a>>,
     /// Cross-sections.
@@ -82,6 +84,7 @@ impl<'a> ReportInput<'a> {
             surfaces: None,
             alignment: None,
             unfilled: Vec::new(),
+            rating: None,
             maps: Vec::new(),
             sections: Vec::new(),
             histograms: Vec::new(),
@@ -163,6 +166,45 @@ pub struct UnfilledWindow {
     pub void_m3: f32,
     /// Why no block went there; places of the same words share a colour.
     pub reason: Text,
+}
+
+/// What the page asks people who build.
+#[derive(Clone, Debug)]
+pub struct Rating<'a> {
+    /// Name of the site, as `ratings.json` has it.
+    pub site: &'a str,
+    /// Signs of every placement of the plan, in its order.
+    pub signs: Vec<[f32; SIGNS.len()]>,
+    /// Two places for a block, of which one may be chosen.
+    pub pairs: Vec<[RatingPlace; 2]>,
+    /// What was said before.
+    pub given: Option<&'a Ratings>,
+    /// Weights that it moved.
+    pub weights: Vec<RatingWeight>,
+}
+
+/// A weight before and after learning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatingWeight {
+    /// Its sign, one of [`SIGNS`].
+    pub sign: String,
+    /// Before.
+    pub today: f32,
+    /// After, and its standard deviation.
+    pub learned: [f32; 2],
+    /// Ratings that made it larger, and smaller.
+    pub moved_by: [u32; 2],
+}
+
+/// Where a block could go.
+#[derive(Clone, Copy, Debug)]
+pub struct RatingPlace {
+    /// Its type.
+    pub model: ModelId,
+    /// Pose at rest, local frame.
+    pub pose: Pose,
+    /// Its signs.
+    pub signs: [f32; SIGNS.len()],
 }
 
 /// A number with its unit.

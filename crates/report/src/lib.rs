@@ -27,8 +27,8 @@ mod view_data;
 
 pub use error::ReportError;
 pub use input::{
-    Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, ReportInput,
-    Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
+    Alignment, Count, Figure, Histogram, Light, LightState, MapLayer, Outline, Rating, RatingPlace,
+    RatingWeight, ReportInput, Section, SectionLine, SectionLineKind, Surfaces, UnfilledWindow,
 };
 pub use page::{STYLE, html};
 pub use picture::{pile_picture, site_picture};

@@ -8,7 +8,7 @@ use base64::Engine;
 use sha2::{Digest, Sha256};
 
 /// Name and text of each module, each after those it imports.
-pub const MODULES: [(&str, &str); 19] = [
+pub const MODULES: [(&str, &str); 20] = [
     ("words.js", include_str!("page/words.js")),
     ("frame.js", include_str!("page/frame.js")),
     ("colours.js", include_str!("page/colours.js")),
@@ -26,6 +26,7 @@ pub const MODULES: [(&str, &str); 19] = [
     ("cut.js", include_str!("page/cut.js")),
     ("sections.js", include_str!("page/sections.js")),
     ("review.js", include_str!("page/review.js")),
+    ("ratings.js", include_str!("page/ratings.js")),
     ("tables.js", include_str!("page/tables.js")),
     ("tools.js", include_str!("page/tools.js")),
 ];

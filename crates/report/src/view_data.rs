@@ -5,7 +5,7 @@ use crate::grid::{Grid, grid};
 use crate::points::{Points, high_end, points};
 use crate::{ReportError, ReportInput, SectionLineKind, Text};
 use geom::{HeightMap, Pose};
-use scene::{Fit, ModelId, Placement, Recognised, Review};
+use scene::{Fit, ModelId, Placement, Ratings, Recognised, Review, SIGNS};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -33,6 +33,33 @@ struct ViewData<'a> {
     /// Fitting error at the end of its colour scale, metres.
     error_reach: f32,
     review: Option<&'a Review>,
+    rating: Option<Rating<'a>>,
+}
+
+#[derive(Serialize)]
+struct Rating<'a> {
+    site: &'a str,
+    names: [&'static str; SIGNS.len()],
+    signs: Vec<[f32; SIGNS.len()]>,
+    pairs: Vec<[Rated; 2]>,
+    given: Option<&'a Ratings>,
+    weights: Vec<Weight<'a>>,
+}
+
+#[derive(Serialize)]
+struct Rated {
+    model: u16,
+    pose: [f32; 7],
+    signs: [f32; SIGNS.len()],
+}
+
+#[derive(Serialize)]
+struct Weight<'a> {
+    sign: &'a str,
+    today: f32,
+    learned: [f32; 2],
+    #[serde(rename = "movedBy")]
+    moved_by: [u32; 2],
 }
 
 #[derive(Serialize)]
@@ -178,6 +205,7 @@ pub(crate) fn view_data(input: &ReportInput) -> Result<(String, String), ReportE
         rounds: input.plan.map_or(0, |p| p.placements.iter().map(|p| p.round).max().unwrap_or(0)),
         error_reach: high_end(&fits),
         review: input.review,
+        rating: input.rating.as_ref().map(rating),
     };
     let json = serde_json::to_string(&data).map_err(|e| ReportError::Pack(e.to_string()))?;
     // Inside <script>, a name could otherwise end the element.
@@ -247,6 +275,25 @@ fn placed(input: &ReportInput, p: &Placement) -> Placed {
         filled_m3: p.filled_m3,
         contacts: p.contacts,
         state: p.state.word(),
+    }
+}
+
+fn rating<'a>(r: &'a crate::Rating) -> Rating<'a> {
+    let place =
+        |p: &crate::RatingPlace| Rated { model: p.model.0, pose: numbers(&p.pose), signs: p.signs };
+    let weight = |w: &'a crate::RatingWeight| Weight {
+        sign: &w.sign,
+        today: w.today,
+        learned: w.learned,
+        moved_by: w.moved_by,
+    };
+    Rating {
+        site: r.site,
+        names: SIGNS,
+        signs: r.signs.clone(),
+        pairs: r.pairs.iter().map(|[a, b]| [place(a), place(b)]).collect(),
+        given: r.given,
+        weights: r.weights.iter().map(weight).collect(),
     }
 }
 

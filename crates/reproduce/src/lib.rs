@@ -17,8 +17,10 @@ mod monitoring;
 mod monitoring_score;
 mod placement_ambiguity;
 mod placement_network;
+mod planning_limit;
 mod planning_log;
 mod planning_policies;
+mod planning_ratings;
 mod planning_site;
 mod planning_tables;
 mod pose_ablation;
@@ -126,6 +128,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
     placement_ambiguity::EXPERIMENT,
     planning_tables::EXPERIMENT,
     planning_policies::EXPERIMENT,
+    planning_limit::EXPERIMENT,
+    planning_ratings::EXPERIMENT,
     monitoring::EXPERIMENT,
     as_built::EXPERIMENT,
 ];

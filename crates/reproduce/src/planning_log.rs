@@ -18,6 +18,7 @@ pub(crate) struct Figures {
     /// The thesis': mean distance of the added blocks' surface, where it is seen from above, to the design; 0 without a block.
     pub surface_distance_m: f64,
     pub void_after_m3: f64,
+    pub void_filled_m3: f64,
     pub porosity: f64,
     pub protruding: f64,
     /// Wall time of the plan; 0 for one that was shown to be the same as that of a smaller v.
@@ -30,6 +31,8 @@ pub(crate) struct Trial {
     pub policy: (&'static str, Policy),
     pub overflow_m: Option<f32>,
     pub repeat: u64,
+    /// Trials a block after the rounds, and the temperature they start at.
+    pub improve: [f32; 2],
 }
 
 impl Trial {
@@ -39,7 +42,7 @@ impl Trial {
     }
 }
 
-const HEAD: &str = "policy,minimum_volume_m3,overflow_m,repeat,blocks,mean_distance_m,surface_distance_m,void_after_m3,porosity,protruding,seconds";
+const HEAD: &str = "policy,minimum_volume_m3,overflow_m,repeat,blocks,mean_distance_m,surface_distance_m,void_after_m3,void_filled_m3,porosity,protruding,seconds";
 
 /// The file of one table.
 pub(crate) struct PlanningLog {
@@ -72,7 +75,9 @@ impl PlanningLog {
             .filter(|&v| !self.known.contains_key(&trial.name(v)))
             .collect();
         if !missing.is_empty() {
-            let config = PlanConfig { overflow_m: trial.overflow_m, ..settings(trial.policy.1) };
+            let mut config =
+                PlanConfig { overflow_m: trial.overflow_m, ..settings(trial.policy.1) };
+            [config.search.improve, config.search.temperature] = trial.improve;
             let seed = SeedTree::new(bench.settings.seed).child("plan", trial.repeat);
             let start = (bench.clock)();
             let plans = span.plans(&config, &missing, seed, bench.observer)?;
@@ -86,6 +91,7 @@ impl PlanningLog {
                     mean_distance_m: f64::from(plan.mean_distance_m),
                     surface_distance_m,
                     void_after_m3: f64::from(plan.void_after_m3),
+                    void_filled_m3: f64::from(plan.void_before_m3 - plan.void_after_m3),
                     porosity: f64::from(plan.porosity),
                     protruding: f64::from(plan.protruding),
                     seconds: if of.made { seconds } else { 0.0 },
@@ -102,11 +108,12 @@ impl PlanningLog {
         for (name, f) in &self.known {
             writeln!(
                 text,
-                "{name},{},{},{},{},{},{},{:.3}",
+                "{name},{},{},{},{},{},{},{},{:.3}",
                 f.blocks,
                 f.mean_distance_m,
                 f.surface_distance_m,
                 f.void_after_m3,
+                f.void_filled_m3,
                 f.porosity,
                 f.protruding,
                 f.seconds
@@ -126,13 +133,22 @@ fn parsed(line: &str) -> Option<(String, Figures)> {
     let cells: Vec<&str> = line.split(',').collect();
     let [policy, v, f, repeat, numbers @ ..] = cells.as_slice() else { return None };
     let numbers: Vec<f64> = numbers.iter().map(|n| n.parse()).collect::<Result<_, _>>().ok()?;
-    let [blocks, mean_distance_m, surface_distance_m, void_after_m3, porosity, protruding, seconds] =
-        numbers.try_into().ok()?;
+    let [
+        blocks,
+        mean_distance_m,
+        surface_distance_m,
+        void_after_m3,
+        void_filled_m3,
+        porosity,
+        protruding,
+        seconds,
+    ] = numbers.try_into().ok()?;
     let figures = Figures {
         blocks,
         mean_distance_m,
         surface_distance_m,
         void_after_m3,
+        void_filled_m3,
         porosity,
         protruding,
         seconds,
@@ -154,11 +170,17 @@ mod tests {
             mean_distance_m: 0.25,
             surface_distance_m: 0.375,
             void_after_m3: 3.5,
+            void_filled_m3: 9.5,
             porosity: 0.5,
             protruding: 7.0,
             seconds: 1.25,
         };
-        let trial = Trial { policy: ("search", Policy::Search), overflow_m: None, repeat: 2 };
+        let trial = Trial {
+            policy: ("search", Policy::Search),
+            overflow_m: None,
+            repeat: 2,
+            improve: [0.0; 2],
+        };
         log.known.insert(trial.name(0.4), figures);
         log.write().unwrap();
         let again = PlanningLog::open(file.clone(), "site one".into());

@@ -40,7 +40,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         for (policy_name, policy) in POLICIES {
             let mut plans = Vec::new();
             for repeat in 0..bench.settings.repeats {
-                let trial = Trial { policy: (policy_name, policy), overflow_m, repeat };
+                let trial =
+                    Trial { policy: (policy_name, policy), overflow_m, repeat, improve: [0.0; 2] };
                 plans.extend(log.figures(bench, &span, &trial, &[volume_m3])?);
             }
             let of =

@@ -124,7 +124,8 @@ impl Span {
         Ok(steps)
     }
 
-    fn input(&self) -> PlanInput<'_> {
+    /// What planning is given.
+    pub fn input(&self) -> PlanInput<'_> {
         PlanInput {
             scene: &self.scene,
             frame: &self.frame,
@@ -134,6 +135,12 @@ impl Span {
             proposer: Some(&self.model),
             survey: None,
         }
+    }
+
+    /// Volume of a block that is added.
+    pub fn supplement_volume_m3(&self) -> f64 {
+        let id = self.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue");
+        f64::from(self.catalog.get(id).volume_m3)
     }
 
     /// What its plans depend on beside their settings, in one line.

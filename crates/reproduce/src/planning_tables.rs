@@ -26,7 +26,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         // The quick policy first: a run that is stopped early has whole tables.
         for policy in POLICIES.into_iter().rev() {
             for f in OVERFLOWS_M {
-                let trial = Trial { policy, overflow_m: Some(f), repeat };
+                let trial = Trial { policy, overflow_m: Some(f), repeat, improve: [0.0; 2] };
                 let figures = log.figures(bench, &span, &trial, &VOLUMES_M3)?;
                 let cell = |(v, figures)| Cell { policy: policy.0, v, f, figures };
                 found.extend(VOLUMES_M3.into_iter().zip(figures).map(cell));

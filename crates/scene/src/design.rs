@@ -250,6 +250,31 @@ impl DesignSurface {
         }
     }
 
+    /// The same design higher by this much; of a section the crest alone.
+    #[must_use]
+    pub fn raised(mut self, by_m: f64) -> Self {
+        match &mut self {
+            Self::Level { level_m, .. } => *level_m += by_m,
+            Self::Planes { plane, .. } => plane.iter_mut().for_each(|p| p.level_m += by_m),
+            Self::Section { crest_level_m, .. } => *crest_level_m += by_m,
+            Self::Grid { level_m, .. } => level_m.iter_mut().for_each(|z| *z += by_m),
+        }
+        self
+    }
+
+    /// The same design with all its slopes 1 to `slope_m`; `None` for one that has none.
+    #[must_use]
+    pub fn with_slope(mut self, slope_m: f64) -> Option<Self> {
+        match &mut self {
+            Self::Planes { plane, .. } => plane.iter_mut().for_each(|p| p.slope_m = slope_m),
+            Self::Section { left_slope_m, right_slope_m, .. } => {
+                (*left_slope_m, *right_slope_m) = (slope_m, slope_m);
+            }
+            Self::Level { .. } | Self::Grid { .. } => return None,
+        }
+        Some(self)
+    }
+
     /// The same design along this alignment; a design that is no section stays as it is.
     #[must_use]
     pub fn along(self, points: Vec<[f64; 2]>) -> Self {

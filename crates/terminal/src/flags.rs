@@ -1,5 +1,6 @@
 //! Flags every command has.
 
+use crate::Language;
 use clap::Args;
 
 /// How much to say, and to whom.
@@ -15,6 +16,9 @@ pub struct Output {
     /// Say nothing but errors
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
+    /// Language of what is said to people [default: the system's, English where it has none of these]
+    #[arg(long, global = true, value_name = "LANGUAGE")]
+    pub lang: Option<Language>,
     /// Threads to use [default: all cores]; results do not depend on it
     #[arg(long, global = true, value_name = "N")]
     pub threads: Option<usize>,

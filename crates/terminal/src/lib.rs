@@ -4,10 +4,12 @@
 mod abort;
 mod fault;
 mod flags;
+mod language;
 mod terminal;
 mod watch;
 
 pub use flags::Output;
+pub use language::Language;
 pub use terminal::Terminal;
 
 use std::process::ExitCode;

@@ -1,6 +1,6 @@
 //! Progress for people (a bar with the time left, after two seconds) and for machines (`--json`).
 
-use crate::Output;
+use crate::{Language, Output, language};
 use geom::{Event, Observer, PartState};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -18,6 +18,7 @@ pub struct Terminal {
     verbose: u8,
     quiet: bool,
     json: bool,
+    language: Language,
     bars: bool,
     threads: Option<usize>,
     cancel: Cancel,
@@ -61,6 +62,7 @@ impl Terminal {
             verbose: output.verbose,
             quiet: output.quiet,
             json: output.json,
+            language: Language::chosen(output.lang, |name| std::env::var(name).ok()),
             bars: !output.json && !output.quiet && std::io::stderr().is_terminal(),
             threads: output.threads,
             cancel,
@@ -88,7 +90,7 @@ impl Terminal {
     /// A line of the result, for people; silent with `--json` and `--quiet`.
     pub fn say(&self, line: impl AsRef<str>) {
         if !self.json && !self.quiet {
-            print_line(line.as_ref());
+            print_line(&self.language.line(line.as_ref()));
         }
     }
 
@@ -106,10 +108,11 @@ impl Terminal {
         self.clear();
         let message = error.line();
         if self.json {
-            let event = json!({ "event": "failed", "code": code, "message": message });
+            let id = error.lines().iter().find_map(|line| language::code(line));
+            let event = json!({ "event": "failed", "code": code, "id": id, "message": message });
             print_line(&event.to_string());
         }
-        error.lines().iter().for_each(|line| eprintln!("tsumu: {line}"));
+        error.lines().iter().for_each(|line| eprintln!("tsumu: {}", self.language.line(line)));
     }
 
     /// A part is done: its wall time, and that it was kept or is kept from now on.
@@ -137,6 +140,7 @@ impl Terminal {
     }
 
     fn above_bar(&self, line: &str) {
+        let line = &self.language.line(line);
         match self
             .running
             .lock()

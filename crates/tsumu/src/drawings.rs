@@ -2,15 +2,15 @@
 
 use crate::planning::Planned;
 use crate::recognition::Recognition;
+use crate::unfilled::why;
 use crate::{Result, Site};
 use geom::{HeightMap, Vec2, Vec3};
 use io::details::{self, Details};
 use io::drawing::{Drawing, SectionLine};
 use io::export_set::{self, ExportSet};
 use io::raster::Raster;
-use plan::{CrossSection, Surfaces, Unfilled, UnfilledReason};
-use report::Text;
-use scene::{PlacementState, SiteFrame};
+use plan::{CrossSection, Surfaces, Unfilled};
+use scene::SiteFrame;
 use std::path::{Path, PathBuf};
 
 /// Rasters of one grid and cuts through them, local frame.
@@ -31,8 +31,6 @@ pub struct Drawings {
     pub reach_m: [f64; 2],
     /// Lines of the design, each with whether it closes.
     pub design_lines: Vec<(bool, Vec<Vec3>)>,
-    /// Places that stay below the design.
-    pub unfilled: Vec<Unfilled>,
 }
 
 impl Drawings {
@@ -45,8 +43,6 @@ impl Drawings {
         bed.fill_with(|x, y| planned.pile.ground.height_m(x, y));
         let (line, reach_m) = plan::works_line(works.design);
         let design_lines = pipeline::design_lines(&works);
-        let unfilled =
-            pipeline::unfilled(&works, &planned.pile, &planned.plan, &surfaces, &site.config)?;
         Ok(Self {
             surfaces,
             bed,
@@ -56,12 +52,11 @@ impl Drawings {
             line,
             reach_m,
             design_lines,
-            unfilled,
         })
     }
 
     /// What drawings show beside the blocks.
-    fn details(&self, site: &Site) -> Details {
+    fn details(&self, site: &Site, unfilled: &[Unfilled]) -> Details {
         let frame = &site.survey.frame;
         let place = |p: Vec3| frame.site_from_local(p).to_array();
         let line = |(closed, points): &(bool, Vec<Vec3>)| {
@@ -80,7 +75,7 @@ impl Drawings {
             survey_date: site.survey_date.clone(),
             alignment: self.line.clone(),
             design_lines: self.design_lines.iter().map(line).collect(),
-            unfilled: self.unfilled.iter().map(window).collect(),
+            unfilled: unfilled.iter().map(window).collect(),
             quantities: plan::section_quantities(&self.sections),
         }
     }
@@ -122,31 +117,6 @@ impl Drawings {
     }
 }
 
-/// Why a place got no block, in words.
-pub(crate) fn why(reason: UnfilledReason) -> Text {
-    use PlacementState::{Kept, Outside, Overflow, Unsettled, Unstable};
-    match reason {
-        UnfilledReason::Small => {
-            Text::new("less than the minimum volume is missing", "不足量が最小体積未満")
-        }
-        UnfilledReason::Tried(Overflow) => {
-            Text::new("blocks tried here stood above the design", "試行したブロックが計画面を超過")
-        }
-        UnfilledReason::Tried(Unsettled) => {
-            Text::new("blocks tried here did not come to rest", "試行したブロックが静止しない")
-        }
-        UnfilledReason::Tried(Outside) => {
-            Text::new("blocks tried here left the works", "試行したブロックが施工範囲外へ移動")
-        }
-        UnfilledReason::Tried(Unstable) => {
-            Text::new("blocks tried here were not stable", "試行したブロックが不安定")
-        }
-        UnfilledReason::Tried(Kept) | UnfilledReason::NoTrial => {
-            Text::new("no pose fits, covered, or out of reach", "姿勢なし・覆われている・届かない")
-        }
-    }
-}
-
 /// Writes every export of a run but its sheets into `folder`: its blocks, and with a plan its surfaces, sections and new blocks.
 pub fn export(
     folder: &Path,
@@ -170,7 +140,7 @@ pub fn export(
     let surfaces = &["design", "as-surveyed", "planned"];
     let set = ExportSet { drawing, seed: site.seed, maps: &maps, surfaces };
     let details = match planned {
-        Some((_, drawings)) => drawings.details(site),
+        Some((planned, drawings)) => drawings.details(site, &planned.unfilled),
         None => Details { survey_date: site.survey_date.clone(), ..Details::default() },
     };
     Ok(export_set::write_with(folder, &set, &details)?)

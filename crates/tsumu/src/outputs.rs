@@ -5,7 +5,7 @@ use crate::recognition::{Recognition, Segments};
 use crate::run_folder::RunFolder;
 use crate::summary::RecogniseSummary;
 use crate::written::Written;
-use crate::{Result, Site};
+use crate::{Result, Site, choices, lifts, ratings, unfilled};
 use geom::DVec3;
 use io::RawCloud;
 use io::blocks_csv::BlockRow;
@@ -129,5 +129,13 @@ pub(crate) fn write_plan(
         .map(|p| PlacementRow::of(p, &site.catalog, &site.survey.frame))
         .collect();
     written.put(&run.placements(), |p| io::placements_csv::write(p, &rows))?;
+    written.put(&run.unfilled(), |p| unfilled::write(p, site, &planned.unfilled))?;
+    written.put(&run.lifts(), |p| lifts::write(p, site, &planned.plan, &planned.lifts))?;
+    if !planned.choices.is_empty() {
+        choices::write(run, site, &planned.choices, written)?;
+    }
+    if let Some(learned) = &site.learned {
+        written.put(&run.weights(), |p| ratings::write(p, learned))?;
+    }
     written.put(&run.plan_summary(), |p| write_json(p, &planned.summary()))
 }

@@ -1,17 +1,19 @@
 //! Puts a run's values into the report. Labels are in both languages of the page.
 
-use crate::drawings::{Drawings, why};
+use crate::drawings::Drawings;
 use crate::planning::Planned;
+use crate::ratings::WeightRecord;
 use crate::recognition::Recognition;
 use crate::review::ReviewRecord;
 use crate::summary::{CountRange, PlannedSummary, RecogniseSummary};
+use crate::unfilled::why;
 use crate::{Result, Site, sheet_font};
 use geom::{DVec3, Vec2, Warning};
 use io::manifest::Manifest;
 use metrics::Split;
 use report::{
-    Alignment, Count, Figure, Histogram, MapLayer, Outline, ReportInput, Section, SectionLine,
-    SectionLineKind, SheetSet, Surfaces, Text, UnfilledWindow,
+    Alignment, Count, Figure, Histogram, MapLayer, Outline, Rating, RatingPlace, RatingWeight,
+    ReportInput, Section, SectionLine, SectionLineKind, SheetSet, Surfaces, Text, UnfilledWindow,
 };
 use scene::{Catalog, Recognised, Review, SiteFrame, Survey};
 use std::path::Path;
@@ -118,7 +120,8 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
         planned: Some(&drawings.surfaces.planned),
         ground: Some(&drawings.bed),
     });
-    page.unfilled = drawings.unfilled.iter().map(unfilled).collect();
+    page.unfilled = planned.unfilled.iter().map(unfilled).collect();
+    page.rating = rating(site, &works, planned)?;
     page.maps = maps(drawings);
     page.sections = sections(drawings);
     page.histograms.push(Histogram {
@@ -140,6 +143,42 @@ fn shown(page: &ReportInput) -> Result<Page> {
 
 fn outline((closed, points): &(bool, Vec<geom::Vec3>)) -> Outline {
     Outline { label: Text::new("Design", "計画線"), points: points.clone(), closed: *closed }
+}
+
+/// Pairs the page asks to choose from.
+const PAIRS: usize = 6;
+
+/// What people who build may rate: plans of policy `search`, whose signs these are.
+fn rating<'a>(
+    site: &'a Site,
+    works: &pipeline::Works,
+    planned: &Planned,
+) -> Result<Option<Rating<'a>>> {
+    let (pile, plan) = (&planned.pile, &planned.plan);
+    if site.config.plan.policy != plan::Policy::Search || plan.placements.is_empty() {
+        return Ok(None);
+    }
+    let (config, seed) = (&site.config, geom::SeedTree::new(site.seed));
+    let asked = (&site.posterior(), PAIRS);
+    let pairs = pipeline::pairs_to_choose(works, pile, config, asked, seed)?;
+    let place = |c: &plan::Candidate| RatingPlace {
+        model: c.placement.model,
+        pose: c.placement.rest,
+        signs: c.signs,
+    };
+    let weight = |w: &WeightRecord| RatingWeight {
+        sign: w.sign.clone(),
+        today: w.today,
+        learned: [w.learned, w.sd],
+        moved_by: [w.raised_by, w.lowered_by],
+    };
+    Ok(Some(Rating {
+        site: &site.name,
+        signs: pipeline::signs_of_plan(works, pile, plan, config)?,
+        pairs: pairs.iter().map(|p| [place(&p.a), place(&p.b)]).collect(),
+        given: site.ratings.as_ref(),
+        weights: site.learned.iter().flat_map(|l| l.weights.iter().map(weight)).collect(),
+    }))
 }
 
 /// The line sections stand on; `None` where the works have none.

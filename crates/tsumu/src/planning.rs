@@ -1,16 +1,18 @@
 //! The second half: from blocks to a plan.
 
+use crate::choices::PlanChoice;
 use crate::error::OrBadInput;
 use crate::recognition::Recognition;
 use crate::resume::Parts;
-use crate::summary::{CountRange, PlannedSummary};
-use crate::{Error, Job, Result, Site, weights};
+use crate::summary::{CountRange, PlannedSummary, TypeCount};
+use crate::{Error, Job, Result, Site, unfilled, weights};
 use anyhow::anyhow;
 use geom::SeedTree;
 use io::manifest::Entry;
+use io::placements_csv::PlacementRow;
 use pipeline::Works;
 use placement::PlacementModel;
-use plan::Proposer;
+use plan::{Lift, Proposer, Unfilled};
 use scene::{
     Catalog, DesignSurface, Placement, PlacementState, Plan, Recognised, Scene, SiteFrame,
 };
@@ -23,6 +25,8 @@ pub struct PlanOptions {
     pub proposer: Option<PathBuf>,
     /// A plan to go on from: what still holds of it is kept.
     pub previous: Option<Plan>,
+    /// Whether to make three plans to choose from as well.
+    pub choices: bool,
 }
 
 /// A plan and what it stands on.
@@ -34,6 +38,14 @@ pub struct Planned {
     pub plan: Plan,
     /// How far its count depends on chance; `None` when that was not asked for.
     pub range: Option<CountRange>,
+    /// What it takes of each type, where it may use several.
+    pub types: Vec<TypeCount>,
+    /// Places that stay below the design, and why.
+    pub unfilled: Vec<Unfilled>,
+    /// How the crane works it off.
+    pub lifts: Vec<Lift>,
+    /// Plans to choose from, where they were asked for.
+    pub choices: Vec<PlanChoice>,
     /// The user's placement network.
     pub proposer: Option<Entry>,
 }
@@ -41,7 +53,13 @@ pub struct Planned {
 impl Planned {
     /// The figures, as `plan/summary.json` has them.
     pub fn summary(&self) -> PlannedSummary {
-        PlannedSummary { plan: self.plan.summary, count_range: self.range.clone() }
+        PlannedSummary {
+            plan: self.plan.summary,
+            count_range: self.range.clone(),
+            types: self.types.clone(),
+            days: self.lifts.last().and_then(|l| l.start).map(|(day, _)| day),
+            unfilled: unfilled::by_reason(&self.unfilled),
+        }
     }
 }
 
@@ -57,8 +75,26 @@ impl Site {
         let previous = options.previous.as_ref();
         job.install(|| {
             let parts = Parts::none(job);
-            self.plan_in_parts(recognition, proposer.as_ref(), previous, &parts)
+            let planned = self.plan_in_parts(recognition, proposer.as_ref(), previous, &parts)?;
+            let choices = match options.choices {
+                true => self.choices(recognition, &planned.pile, job)?,
+                false => Vec::new(),
+            };
+            Ok(Planned { choices, ..planned })
         })
+    }
+
+    /// Three plans of the same works.
+    fn choices(
+        &self,
+        recognition: &Recognition,
+        pile: &Scene,
+        job: &Job,
+    ) -> Result<Vec<PlanChoice>> {
+        let works = self.works(&recognition.blocks, self.needed_design()?);
+        let seed = SeedTree::new(self.seed);
+        let found = pipeline::plan_choices(&works, pile, &self.config, seed, job)?;
+        Ok(found.into_iter().map(|choice| PlanChoice::of(self, choice)).collect())
     }
 
     /// The same in parts that an interrupted run keeps.
@@ -85,7 +121,22 @@ impl Site {
             seeds => pipeline::count_range(&works, &pile, &self.config, seed, job)
                 .map(|found| Some(CountRange::of(&found, seeds))),
         })?;
-        Ok(Planned { pile, plan, range, proposer: proposer.and_then(|p| p.file.clone()) })
+        let unfilled = self.unfilled(&works, &pile, &plan)?;
+        let proposer = proposer.and_then(|p| p.file.clone());
+        let types = TypeCount::of(&plan, &self.config.plan.blocks, &self.catalog);
+        let (lifts, choices) = (self.lifts(&plan)?, Vec::new());
+        Ok(Planned { pile, plan, range, types, unfilled, lifts, choices, proposer })
+    }
+
+    /// Places that stay below the design on the surveyed surface.
+    pub(crate) fn unfilled(
+        &self,
+        works: &Works,
+        pile: &Scene,
+        plan: &Plan,
+    ) -> Result<Vec<Unfilled>> {
+        let surfaces = pipeline::planned_surfaces(works, pile, plan);
+        Ok(pipeline::unfilled(works, pile, plan, &surfaces, &self.config)?)
     }
 
     /// The network of policy `network`.
@@ -115,6 +166,12 @@ impl Site {
             design,
             ground: self.ground.clone(),
         }
+    }
+
+    /// Writes rows of placements into a file, which is none of the site's inputs.
+    pub fn write_placements(&self, file: &Path, rows: &[PlacementRow]) -> Result<()> {
+        self.refuse_input(file)?;
+        Ok(io::placements_csv::write(file, rows)?)
     }
 
     /// Reads `placements.csv` (or the folder of a plan) as a plan of this site; its figures are not in the file.

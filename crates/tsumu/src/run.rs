@@ -183,6 +183,9 @@ impl Run {
         let mut manifest = Manifest::new(version::STAMP, site.seed, config);
         manifest.inputs = site.inputs.clone();
         manifest.notes.insert("processor".into(), json!(version::processor()));
+        if let Some(learned) = &site.learned {
+            manifest.notes.insert("ratings".into(), json!(learned));
+        }
         site.refuse_inputs_below(folder)?;
         let folder = RunFolder::for_writing(folder)?;
         let written = Written::begin(folder.root());

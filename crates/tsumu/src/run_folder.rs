@@ -147,6 +147,21 @@ impl RunFolder {
         self.root.join("plan/placements.csv")
     }
 
+    /// Places that stay below the design.
+    pub fn unfilled(&self) -> PathBuf {
+        self.root.join("plan/unfilled.csv")
+    }
+
+    /// The plan as the crane works it off.
+    pub fn lifts(&self) -> PathBuf {
+        self.root.join("plan/lifts.csv")
+    }
+
+    /// Weights of the search that ratings moved.
+    pub fn weights(&self) -> PathBuf {
+        self.root.join("plan/weights.json")
+    }
+
     /// Figures of the plan.
     pub fn plan_summary(&self) -> PathBuf {
         self.root.join("plan/summary.json")

@@ -22,6 +22,8 @@ pub struct Settings {
     pub drops: Option<u32>,
     /// How many plans the range of the count is taken from; 0: no range.
     pub plans: Option<u32>,
+    /// Trials a block in which a plan is improved.
+    pub improve: Option<f32>,
     /// Root of all random choices; `None`: the site's.
     pub seed: Option<u64>,
     /// How much memory may be taken; `None`: what the site says, else as much as it needs.
@@ -60,6 +62,9 @@ impl Settings {
         config.method = method;
         if let Some(policy) = self.policy {
             config.plan.policy = policy;
+        }
+        if let Some(improve) = self.improve {
+            config.plan.search.improve = improve;
         }
         if let Some(drops) = self.drops {
             if config.plan.policy != Policy::Random || drops == 0 {

@@ -4,6 +4,7 @@ use crate::block_size::entry_sizes_m;
 use crate::error::OrBadInput;
 use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
+use crate::ratings::{self, RatingsRecord};
 use crate::surveys::{self, Clouds, Joined};
 use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
@@ -12,7 +13,9 @@ use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Review, SiteFrame, Survey};
+use scene::{
+    Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Ratings, Review, SiteFrame, Survey,
+};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +47,10 @@ pub struct Site {
     pub ground: Option<Ground>,
     /// What a reviewer decided of an earlier run.
     pub review: Option<Review>,
+    /// What people think of the blocks of earlier plans.
+    pub ratings: Option<Ratings>,
+    /// What was learned from that.
+    pub learned: Option<RatingsRecord>,
     /// Settings of all stages.
     pub config: Config,
     /// Root of all random choices.
@@ -96,6 +103,12 @@ impl Site {
             input_files.push(review_file.clone());
         }
         let review = io::review::read(&review_file).or_bad_input()?;
+        let ratings = ratings::read(&files.folder)?;
+        if ratings.is_some() {
+            let file = files.folder.join(io::ratings::FILE);
+            inputs.insert(io::ratings::FILE.into(), entry(&file).or_bad_input()?);
+            input_files.push(file);
+        }
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
         let entry_sizes_m = entry_sizes_m(&files.catalog, &catalog);
         let Joined { survey, mut references, steps_m, records } = surveys::of_site(&files, job)?;
@@ -103,7 +116,7 @@ impl Site {
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;
         let ground = ground(&files, &survey.frame);
-        let site = Self {
+        let mut site = Self {
             name: files.spec.name.clone(),
             survey_date: files.spec.survey_date.clone(),
             design,
@@ -113,6 +126,8 @@ impl Site {
             catalog,
             survey,
             review,
+            ratings,
+            learned: None,
             config: config.with_ground(ground.as_ref()),
             ground,
             inputs,
@@ -121,6 +136,7 @@ impl Site {
             records,
         };
         site.check()?;
+        site.learn(job)?;
         Ok(site)
     }
 
@@ -155,6 +171,8 @@ impl Site {
             design: None,
             ground: None,
             review: review.map(named_review).transpose()?,
+            ratings: None,
+            learned: None,
             config,
             seed: settings.seed.unwrap_or_default(),
             memory: settings.memory,

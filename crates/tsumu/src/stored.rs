@@ -183,7 +183,7 @@ pub(crate) fn planned(
         return Ok(None);
     };
     let works = site.works(&recognition.blocks, design);
-    let PlannedSummary { plan: summary, count_range } = json_file(&run.plan_summary())?;
+    let PlannedSummary { plan: summary, count_range, types, .. } = json_file(&run.plan_summary())?;
     let mut plan = site.read_plan(&run.placements())?;
     plan.summary = summary;
     let pile = Scene {
@@ -193,7 +193,9 @@ pub(crate) fn planned(
     };
     let proposer = manifest.and_then(|m| m.notes.get(PROPOSER_NOTE)).cloned();
     let proposer: Option<Entry> = proposer.and_then(|v| serde_json::from_value(v).ok());
-    Ok(Some(Planned { pile, plan, range: count_range, proposer }))
+    let unfilled = site.unfilled(&works, &pile, &plan)?;
+    let (lifts, choices) = (site.lifts(&plan)?, Vec::new());
+    Ok(Some(Planned { pile, plan, range: count_range, types, unfilled, lifts, choices, proposer }))
 }
 
 /// Where a manifest names the user's placement network.

@@ -3,8 +3,8 @@
 use crate::recognition::Recognition;
 use metrics::Repeatability;
 use pipeline::PileVerdict;
-use plan::{ThresholdRange, Uncertainty};
-use scene::{Catalog, PlanSummary, Survey};
+use plan::{BlockChoice, ThresholdRange, Uncertainty};
+use scene::{Catalog, Plan, PlanSummary, Survey};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
@@ -99,6 +99,57 @@ pub struct PlannedSummary {
     /// How far the count depends on chance, when that was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count_range: Option<CountRange>,
+    /// Blocks of each type, where the plan may use several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub types: Vec<TypeCount>,
+    /// Working days it takes, where hours and rate are given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub days: Option<u32>,
+    /// Places that stay below the design, by reason, the largest void first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unfilled: Vec<UnfilledCount>,
+}
+
+/// What a plan takes of one type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TypeCount {
+    /// Name in the catalogue.
+    pub name: String,
+    /// Blocks to place.
+    pub blocks: u32,
+    /// How many lay ready; `None`: as many as needed are made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stock: Option<u32>,
+    /// Their cost in place, in the currency of the settings.
+    pub cost: f64,
+}
+
+/// Places of one reason.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnfilledCount {
+    /// The reason's word in `unfilled.csv`.
+    pub reason: String,
+    /// Places.
+    pub places: usize,
+    /// Volume missing in them, m³.
+    pub void_m3: f32,
+}
+
+impl TypeCount {
+    /// Of every type that a plan may use; none where it may use one only.
+    pub(crate) fn of(plan: &Plan, blocks: &[BlockChoice], catalog: &Catalog) -> Vec<Self> {
+        let of = |choice: &BlockChoice| {
+            let model = catalog.find(&choice.name);
+            let own = plan.placements.iter().filter(|p| Some(p.model) == model).count() as u32;
+            Self {
+                name: choice.name.clone(),
+                blocks: own,
+                stock: choice.stock,
+                cost: f64::from(own) * f64::from(choice.cost),
+            }
+        };
+        blocks.iter().map(of).collect()
+    }
 }
 
 /// Counts over seeds and thresholds: a tenth, half and nine tenths of the plans need at most so many blocks.

@@ -28,10 +28,10 @@ pub struct EvaluateArgs {
     pub labels: bool,
     /// How near two points of one place lie at most, metres (or the files' unit) [default: a hundredth of the smallest block's
     /// d_max with --catalog, else of half the median true instance]
-    #[arg(long, value_name = "METRES", requires = "labels")]
+    #[arg(long, value_name = "METRES", requires = "labels", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
     /// IoU from which an instance is right, above 0 and at most 1 [default: 0.5]
-    #[arg(long, value_name = "IOU", requires = "labels")]
+    #[arg(long, value_name = "IOU", requires = "labels", allow_negative_numbers = true)]
     pub iou: Option<f64>,
     /// Whose instances are numbered from 0, so that only numbers below 0 mean none
     #[arg(long, value_name = "SIDE", value_enum, requires = "labels")]

@@ -45,6 +45,12 @@ pub struct PlanArgs {
     /// How many plans the range of the count is taken from; 0: no range
     #[arg(long, value_name = "N")]
     pub plans: Option<u32>,
+    /// Improve the plan: so many times for each block it is lifted and its surroundings are filled anew [default: 0]
+    #[arg(long, value_name = "PASSES")]
+    pub improve: Option<f32>,
+    /// Make three plans to choose from as well: fewest blocks, fullest, most stable (plan/choices.csv)
+    #[arg(long)]
+    pub choices: bool,
     /// Root of all random choices [default: the site's]
     #[arg(long)]
     pub seed: Option<u64>,
@@ -83,6 +89,7 @@ impl PlanArgs {
             policy: self.policy.map(PolicyName::policy),
             drops: self.drops,
             plans: self.plans,
+            improve: self.improve,
             seed: self.seed,
             memory: self.memory,
         }
@@ -98,12 +105,15 @@ pub fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let previous = args.from.as_deref().map(|from| site.read_plan(from)).transpose()?;
     let mut new = Run::create(&args.out, &site)?;
     new.note_source(&run, args.from.as_deref())?;
-    let options = PlanOptions { proposer: args.placement_model.clone(), previous };
+    let options =
+        PlanOptions { proposer: args.placement_model.clone(), previous, choices: args.choices };
     let planned = site.plan(&found, &options, job)?;
     let run = new.keep(&planned)?.seal()?;
     let summary = planned.summary();
     terminal.emit("planned", &summary);
+    site.learned.iter().for_each(|learned| terminal.say(learned.line()));
     words::planned(&summary, terminal);
+    words::choices(&planned.choices, terminal);
     if let Some(previous) = &options.previous {
         words::against_earlier(&planned.plan, previous, terminal);
     }

@@ -72,6 +72,7 @@ impl RunArgs {
             policy: self.policy.map(PolicyName::policy),
             drops: self.drops,
             plans: self.plans,
+            improve: None,
             seed: self.seed,
             memory: self.memory,
         }
@@ -83,7 +84,7 @@ impl RunArgs {
                 weights: self.model.clone(),
                 self_check: self.self_check,
             },
-            plan: PlanOptions { proposer: self.placement_model.clone(), previous: None },
+            plan: PlanOptions { proposer: self.placement_model.clone(), ..PlanOptions::default() },
         }
     }
 }
@@ -109,7 +110,10 @@ pub fn through(site: &Site, whole: WholeRun, bare_ground: bool, terminal: &Termi
     let planned = if nothing { None } else { whole.plan(&recognition)? };
     let summary = planned.as_ref().map(|p| p.summary());
     match &summary {
-        Some(summary) => words::planned(summary, terminal),
+        Some(summary) => {
+            site.learned.iter().for_each(|learned| terminal.say(learned.line()));
+            words::planned(summary, terminal);
+        }
         None if nothing => {}
         None => terminal.say("no [design], so nothing is planned: this is an inventory"),
     }

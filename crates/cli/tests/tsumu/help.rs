@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 19] = [
     "init",
     "blocks",
     "check",
@@ -11,6 +11,8 @@ const COMMANDS: [&str; 17] = [
     "segment",
     "recognise",
     "plan",
+    "next",
+    "what-if",
     "report",
     "compare",
     "evaluate",
@@ -71,4 +73,25 @@ fn no_arguments_show_the_help() {
     let ran = tsumu::<&str>(&[]);
     assert_eq!(ran.code, 2);
     assert!(ran.err.contains("Usage"), "{}", ran.err);
+}
+
+/// What is said to people comes in Japanese where it is asked for; what is said to programs does not, and has a code.
+#[test]
+fn messages_come_in_japanese() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("site.toml");
+    std::fs::write(&file, "name = \"s\"\ncrs = \"none\"\n").unwrap();
+    let site = folder.path().to_string_lossy().into_owned();
+    let ran = tsumu(&["check", &site, "--lang", "ja"]);
+    assert_eq!(ran.code, 2);
+    assert!(ran.err.contains("[[survey]] がありません"), "{}", ran.err);
+    assert!(ran.out.contains("次の 2 つの理由で回答できません"), "{}", ran.out);
+    let english = tsumu(&["check", &site]);
+    assert!(english.err.contains("there is no [[survey]]"), "{}", english.err);
+    let json = tsumu(&["check", &site, "--lang", "ja", "--json"]);
+    let failed = json.out.lines().find(|l| l.contains("\"failed\"")).unwrap();
+    assert!(
+        failed.contains("\"id\":\"S03\"") && failed.contains("there is no [[survey]]"),
+        "{failed}"
+    );
 }

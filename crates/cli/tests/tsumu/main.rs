@@ -13,6 +13,7 @@ mod method;
 mod no_memory;
 mod no_room;
 mod opened;
+mod rated;
 mod reviewed;
 mod site;
 mod tiles;

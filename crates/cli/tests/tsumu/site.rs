@@ -97,6 +97,7 @@ pub fn tsumu<A: AsRef<std::ffi::OsStr>>(args: &[A]) -> Ran {
         .args(args)
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
+        .env("LC_ALL", "C")
         .output()
         .expect("the program starts")
         .into()

@@ -1,7 +1,9 @@
 //! Behaviour of the planner on small sites.
 
+mod assortments;
 mod bad_input;
 mod ground;
+mod improving;
 mod laws_of_a_plan;
 mod placement_data;
 mod replanning;

@@ -98,6 +98,7 @@ fn a_crane_limits_the_place_and_turns_the_order() {
         Some(CraneConfig {
             stand: vec![[1000.0, 2006.0]],
             capacity: vec![[radius, capacity], [radius + 9.0, 1000.0]],
+            ..CraneConfig::default()
         })
     };
     let near = plan(

@@ -3,6 +3,7 @@
 import { loadData } from "./data.js";
 import { hearFrame, tellFrame } from "./frame.js";
 import { PlanView } from "./plan.js";
+import { Ratings } from "./ratings.js";
 import { Review } from "./review.js";
 import { Sections, sectionLegend } from "./sections.js";
 import { Selection } from "./selection.js";
@@ -40,6 +41,7 @@ function show(data) {
   const selection = new Selection(data), viewer = new Viewer(byId("canvas"), byId("overlay"), data, selection);
   const plan = new PlanView(byId("plan-canvas"), viewer, selection), sections = new Sections(viewer, selection, plan);
   const review = new Review(viewer, selection);
+  const ratings = new Ratings(viewer, selection);
   tables(data, selection, review);
   tools(viewer, selection, plan, sections);
   document.addEventListener("language", sectionLegend);
@@ -51,7 +53,7 @@ function show(data) {
     byId(`${id}-count`).textContent = number(list.length);
   }
   // What a test or a page around this one may take hold of.
-  window.tsumu = { data, selection, viewer, plan, sections, review };
+  window.tsumu = { data, selection, viewer, plan, sections, review, ratings };
   hearFrame(said => said.review && review.takeOver(said.review));
   // A printer takes the canvas as it is at that moment.
   window.addEventListener("beforeprint", () => { viewer.drawNow(); plan.draw(); sections.draw(); });

@@ -78,7 +78,7 @@ export class Viewer {
     const looked = s.pointMode === 2 || s.pointMode === 4 || s.pointMode === 1;
     s.pointPush = looked ? -PULL * radius : 0;
     s.barePoints = !looked && s.showFound && s.foundOpacity > 0.9;
-    this.painter.setBlocks(list.map(b => ({ model: b.model, pose: b.pose, colour: this.colour(b), number: b.number, opacity: this.opacity(b) })));
+    this.painter.setBlocks(list.map(b => ({ model: b.model, pose: b.pose, colour: this.colour(b), number: b.number, opacity: this.opacity(b) })).concat(this.ghost ? [this.ghost] : []));
     this.redraw();
   }
   aspect() { return this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight); }

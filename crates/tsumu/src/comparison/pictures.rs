@@ -9,6 +9,9 @@ use report::relief::{difference, relief};
 const LONGEST: f32 = 900.0;
 /// A cell is so many times as wide as the points lie apart, so that few stay empty.
 const WIDER: f32 = 1.5;
+/// Neighbours with a height that close an empty cell, and how often.
+const NEIGHBOURS: usize = 4;
+const ROUNDS: usize = 2;
 /// Share of the surface at either end that does not decide colours.
 const OUTER: f32 = 0.02;
 
@@ -62,9 +65,31 @@ fn maps(earlier: &[Vec3], later: &[Vec3]) -> Option<[HeightMap; 2]> {
     let map = |points: &[Vec3]| {
         let mut map = HeightMap::empty(low.truncate(), high.truncate(), cell_m);
         map.raise_points(points);
+        (0..ROUNDS).for_each(|_| close(&mut map));
         map
     };
     Some([map(earlier), map(later)])
+}
+
+/// Gives empty cells most of whose neighbours have a height their mean; wide holes stay.
+fn close(map: &mut HeightMap) {
+    let before = map.clone();
+    let (nx, ny) = (map.nx, map.ny);
+    for i in (0..nx * ny).filter(|i| before.z_m[*i].is_nan()) {
+        let (x, y) = (i % nx, i / nx);
+        let (mut sum, mut count) = (0.0, 0);
+        for v in y.saturating_sub(1)..(y + 2).min(ny) {
+            for u in x.saturating_sub(1)..(x + 2).min(nx) {
+                let z = before.at(u, v);
+                if z.is_finite() {
+                    (sum, count) = (sum + z, count + 1);
+                }
+            }
+        }
+        if count >= NEIGHBOURS {
+            map.z_m[i] = sum / count as f32;
+        }
+    }
 }
 
 /// The values that [`OUTER`] lies below and above; `None` without values.
@@ -89,6 +114,13 @@ mod tests {
         assert_eq!((a.nx, a.ny, a.origin), (b.nx, b.ny, b.origin));
         assert!(a.z_m.iter().filter(|z| z.is_finite()).count() * 10 > 9 * a.z_m.len());
         assert!(maps(&[], &grid(1.0)).is_none());
+        // A cell without points is closed, a hole of a metre stays one.
+        let holed: Vec<Vec3> = grid(1.0)
+            .into_iter()
+            .filter(|p| (p.truncate() - geom::Vec2::splat(5.0)).length() > 1.0)
+            .collect();
+        let [map, _] = maps(&holed, &holed).unwrap();
+        assert!(map.sample_m(5.0, 5.0).is_none());
         assert_eq!(outer(&mut [3.0, 1.0, 2.0]), Some([1.0, 2.0]));
         assert_eq!(outer(&mut []), None);
     }

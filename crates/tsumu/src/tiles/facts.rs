@@ -19,6 +19,8 @@ const PLACES: usize = 4;
 const FEW_BLOCKS: u64 = 300;
 /// Surveys with fewer points are levelled whole.
 const FEW_POINTS: u64 = 3_000_000;
+/// The places hold at most so many points together; of a denser survey the middle of each is looked at.
+const MOST_POINTS: f64 = 4e6;
 /// A place has at least so much of the most blocks any cell has.
 const FULL: f64 = 0.6;
 /// Around a place so much of the halo is seen.
@@ -40,7 +42,7 @@ pub(crate) fn estimate(asked: &Asked, job: &Job) -> Result<PileFacts> {
     let places = places(asked);
     let lines = line_shifts(asked, &places)?;
     let mut config = asked.config.clone();
-    let mut sample = read(asked, &places, AROUND * asked.halo_m)?.survey;
+    let mut sample = read(asked, &places, around_m(asked, &places))?.survey;
     if let Some(lines) = &lines {
         sample = lines.taken_out_of(&sample);
         config.pose.noise_sd_m.get_or_insert(lines.scatter_m);
@@ -84,6 +86,16 @@ fn places(asked: &Asked) -> Vec<Cell> {
     let at = |k: usize| full[(2 * k + 1) * full.len() / (2 * PLACES)];
     let chosen: BTreeSet<Cell> = (0..PLACES).map(at).collect();
     chosen.into_iter().collect()
+}
+
+/// How far around each place points are read; negative: so much less of it.
+fn around_m(asked: &Asked, places: &[Cell]) -> f64 {
+    let points: u64 = places.iter().map(|cell| asked.found.counts[cell].points()).sum();
+    if points as f64 <= MOST_POINTS {
+        return AROUND * asked.halo_m;
+    }
+    let share = (MOST_POINTS / points as f64).sqrt();
+    -0.5 * asked.grid.edge_m * (1.0 - share)
 }
 
 fn read(asked: &Asked, cells: &[Cell], around_m: f64) -> Result<PartSurvey> {

@@ -147,7 +147,8 @@ fn no_damage_of_a_run_folder_ends_in_a_panic() {
         let tree = SeedTree::new(22).child("run", i);
         fs::write(&path, damage::damaged(&own, tree.child("damage", 0))).unwrap();
         // With its manifest most damage is refused at once; as a folder put together by hand it is read to its end.
-        let by_hand = i / targets.len() as u64 % 4 != 0 && !name.ends_with("manifest.json");
+        let by_hand =
+            !(i / targets.len() as u64).is_multiple_of(4) && !name.ends_with("manifest.json");
         if by_hand {
             fs::remove_file(run.join("manifest.json")).unwrap();
         }
