@@ -52,6 +52,8 @@ pub enum Command {
     Verify(cmd::verify::VerifyArgs),
     /// Sign a finished run, so that changes can be told by whoever has the public key
     Sign(cmd::sign::SignArgs),
+    /// Stay and answer: one cloud of a bin in, its parts out in the order in which to take them
+    ServeBin(cmd::serve_bin::ServeBinArgs),
     /// Make synthetic piles with known truth, scanned like a survey
     Synth(cmd::synth::SynthArgs),
     /// Open the page: the same work in the browser, without a command line

@@ -41,6 +41,7 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::Evaluate(args) => cmd::evaluate::evaluate(args, terminal, job),
         Command::Verify(args) => cmd::verify::verify(args, terminal),
         Command::Sign(args) => cmd::sign::sign(args, terminal),
+        Command::ServeBin(args) => cmd::serve_bin::serve_bin(args, terminal, job),
         Command::Synth(args) => cmd::synth::synth(args, terminal, job),
         Command::Open(args) => cmd::open::open(args, terminal, job),
         Command::Completions(args) => cmd::completions::completions::<args::Options>(args),

@@ -32,14 +32,14 @@ export function setupTab(body, site) {
   };
   const map = new HeightMap(make("canvas", { id: "height-map", "aria-label": t("map") }), make("p", { className: "read", role: "status" }));
   const profile = new Profile(make("canvas", { id: "profile-canvas", "aria-label": t("profile") }));
-  const station = make("input", { type: "range", min: 0, max: 1000, value: 500, "aria-label": t("profile") }), where = make("output", {}), space = make("p", { className: "strongish", role: "status" });
+  const station = make("input", { type: "range", min: 0, max: 1000, value: 500, "aria-label": t("profile") }), where = make("output", {}), space = make("p", { className: "strongish", role: "status" }), system = make("small", { className: "system" });
   station.addEventListener("input", show);
   const mode = choice([["height", t("show-height")], ["difference", t("show-difference")]], "height");
   mode.addEventListener("change", () => { map.mode = mode.value; map.picture = null; map.draw(); });
 
   const left = make("div", { className: "form" });
   const right = make("div", { className: "look" },
-    section(t("map"), make("div", { className: "bar" }, make("label", {}, `${t("map-show")} `, mode), space), map.canvas, map.read),
+    section(t("map"), system, make("div", { className: "bar" }, make("label", {}, `${t("map-show")} `, mode), space), map.canvas, map.read),
     section(t("profile"), make("div", { className: "bar" }, station, where, make("span", { className: "legend" }, ...profile.legend().map(([name, line]) => make("span", {}, make("i", { className: `line ${line}` }), name)))), profile.canvas));
   const checking = make("p", { role: "status" }), rest = make("div", { className: "rest" });
   const design = designPart(site, { kept, numeric, show, map });
@@ -136,6 +136,8 @@ export function setupTab(body, site) {
 
   // Map and section as the form has them now.
   function show() {
+    const stated = (site.check?.found?.surveys || []).map(s => s.crs).find(c => spec.crs && c.startsWith(spec.crs));
+    system.textContent = stated || spec.crs;
     if (!map.map) return;
     const line = design.line(), surface = designOnMap(map.map, spec.design || (spec.design_file && { kind: "file" }), line);
     const block = shapeOf((draft.catalog.block || [])[0] || {});

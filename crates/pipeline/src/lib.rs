@@ -13,7 +13,7 @@ pub mod survey;
 pub use cells::as_points;
 pub use error::PipelineError;
 pub use method::Method;
-pub use pose::{LineShifts, Part, PileFacts, PileVerdict};
+pub use pose::{LineShifts, Part, PileFacts, PileVerdict, Templates};
 pub use recogniser::{PartRecognition, Recogniser, Recognition};
 
 use geom::{Observer, SeedTree, Vec3};

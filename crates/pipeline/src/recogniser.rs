@@ -6,7 +6,7 @@
 use crate::cells::Cells;
 use crate::{Config, PipelineError, survey};
 use geom::{Observer, PointCloud, SeedTree, Silent};
-use pose::{Limb, LimbState};
+use pose::{Limb, LimbState, Templates};
 use scene::{Catalog, InstanceId, Legs, Recognised, Segmentation, Survey, Verdict};
 use segment::{Foreground, SegmentModel};
 use serde::{Deserialize, Serialize};
@@ -121,16 +121,25 @@ impl Recogniser<'_> {
         survey: &Survey,
         segments: Segmentation,
     ) -> Result<Recognition, PipelineError> {
+        self.blocks_with(survey, segments, None)
+    }
+
+    /// The same with block types that are ready, for surveys that come one after the other; a survey that asks for settings of
+    /// its own makes its own.
+    pub fn blocks_with(
+        &self,
+        survey: &Survey,
+        segments: Segmentation,
+        ready: Option<&Templates>,
+    ) -> Result<Recognition, PipelineError> {
         let cells = Cells::of(survey);
         let foreground = self.foreground(cells.survey(), &Silent);
         let config = cells.settings(self.catalog, self.config).pose;
-        let found = pose::recognise_pile(
-            &foreground.survey,
-            &segments,
-            self.catalog,
-            &config,
-            self.observer,
-        )?;
+        let (own, observer) = (&foreground.survey, self.observer);
+        let found = match ready.filter(|ready| ready.are_of(&config)) {
+            Some(ready) => pose::recognise_with(own, &segments, ready, observer)?,
+            None => pose::recognise_pile(own, &segments, self.catalog, &config, observer)?,
+        };
         let mut blocks: Vec<Recognised> = found.blocks.into_iter().map(|b| b.0).collect();
         note_legs(&mut blocks, &found.limbs);
         for block in &mut blocks {

@@ -29,8 +29,8 @@ pub(crate) fn leave_out_unseen(design: &mut HeightMap, points: &[Vec3], square_m
         }
     }
     let near = |x: usize, y: usize| {
-        let rows = y.saturating_sub(1)..(y + 2).min(ny);
-        rows.into_iter().any(|y| (x.saturating_sub(1)..(x + 2).min(nx)).any(|x| seen[y * nx + x]))
+        let mut rows = y.saturating_sub(1)..(y + 2).min(ny);
+        rows.any(|y| (x.saturating_sub(1)..(x + 2).min(nx)).any(|x| seen[y * nx + x]))
     };
     let mut left_out = 0_usize;
     for iy in 0..design.ny {

@@ -52,8 +52,10 @@ pub use error::PoseError;
 pub use hypotheses::Found;
 pub use limbs::{Limb, LimbState};
 pub use pile_facts::{LineShifts, Part, PileFacts};
-pub use prepare::{Prepared, prepare};
-pub use recognise::{Outcome, recognise, recognise_part, recognise_pile, recognise_with_features};
+pub use prepare::{Prepared, Templates, prepare};
+pub use recognise::{
+    Outcome, recognise, recognise_part, recognise_pile, recognise_with, recognise_with_features,
+};
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;
 

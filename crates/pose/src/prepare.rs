@@ -9,10 +9,11 @@ use crate::template::{Template, templates};
 use crate::{PoseConfig, PoseError, STAGE};
 use geom::{Event, Observer, SeedTree};
 use scene::{Catalog, Segmentation, Survey};
+use std::sync::Arc;
 
 /// A survey made ready for its blocks to be recognised in. Everything in it is of the survey as a whole.
 pub struct Prepared<'a> {
-    pub(crate) templates: Vec<Template<'a>>,
+    pub(crate) templates: Arc<Vec<Template<'a>>>,
     pub(crate) config: &'a PoseConfig,
     pub(crate) measured: Measured,
     /// Chance has no say in what is found: the same draws whatever the user's seed.
@@ -22,6 +23,32 @@ pub struct Prepared<'a> {
     levelled: Option<Survey>,
     /// Facts of the whole, where this is a part of it.
     pub(crate) facts: Option<&'a PileFacts>,
+}
+
+/// Block types made ready once, for many surveys: distance fields, samples of surfaces, rotations.
+pub struct Templates<'a> {
+    pub(crate) catalog: &'a Catalog,
+    pub(crate) config: PoseConfig,
+    all: Arc<Vec<Template<'a>>>,
+}
+
+impl<'a> Templates<'a> {
+    /// Makes all types of a catalogue ready. Errors: settings that make no sense, a mesh that is no solid.
+    pub fn new(catalog: &'a Catalog, config: &PoseConfig) -> Result<Self, PoseError> {
+        config.check()?;
+        let all = Arc::new(templates(catalog, config, seed())?);
+        Ok(Self { catalog, config: config.clone(), all })
+    }
+
+    /// Whether they were made with these settings.
+    pub fn are_of(&self, config: &PoseConfig) -> bool {
+        self.config == *config
+    }
+}
+
+/// The same draws whatever the user's seed.
+fn seed() -> SeedTree {
+    SeedTree::new(0).child("pose", 0)
 }
 
 /// Makes a survey ready; `None` for one without points. `segmentation` is of the same points.
@@ -47,8 +74,30 @@ pub(crate) fn prepare_with<'a>(
 ) -> Result<Option<Prepared<'a>>, PoseError> {
     config.check()?;
     check_input(survey, segmentation, catalog)?;
-    let seed = SeedTree::new(0).child("pose", 0);
-    let templates = templates(catalog, config, seed)?;
+    let templates = Arc::new(templates(catalog, config, seed())?);
+    prepare_survey(survey, segmentation, config, templates, facts, observer)
+}
+
+/// The same with block types that are ready.
+pub(crate) fn prepare_ready<'a>(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    ready: &'a Templates,
+    observer: &dyn Observer,
+) -> Result<Option<Prepared<'a>>, PoseError> {
+    check_input(survey, segmentation, ready.catalog)?;
+    prepare_survey(survey, segmentation, &ready.config, ready.all.clone(), None, observer)
+}
+
+fn prepare_survey<'a>(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    config: &'a PoseConfig,
+    templates: Arc<Vec<Template<'a>>>,
+    facts: Option<&'a PileFacts>,
+    observer: &dyn Observer,
+) -> Result<Option<Prepared<'a>>, PoseError> {
+    let seed = seed();
     if survey.cloud.is_empty() {
         return Ok(None);
     }

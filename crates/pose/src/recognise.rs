@@ -7,7 +7,7 @@
 use crate::confidence::Features;
 use crate::limbs::Limb;
 use crate::pile_facts::{Part, PileFacts};
-use crate::prepare::{prepare, prepare_with};
+use crate::prepare::{Templates, prepare, prepare_ready, prepare_with};
 use crate::verdict::PileVerdict;
 use crate::{PoseConfig, PoseError};
 use geom::{Observer, SeedTree};
@@ -66,6 +66,20 @@ pub fn recognise_pile(
     observer: &dyn Observer,
 ) -> Result<Outcome, PoseError> {
     let Some(prepared) = prepare(survey, segmentation, catalog, config, observer)? else {
+        return Ok(Outcome::default());
+    };
+    let found = prepared.recognise(observer)?;
+    Ok(prepared.judge(found, observer))
+}
+
+/// [`recognise_pile`] with block types that are ready.
+pub fn recognise_with(
+    survey: &Survey,
+    segmentation: &Segmentation,
+    ready: &Templates,
+    observer: &dyn Observer,
+) -> Result<Outcome, PoseError> {
+    let Some(prepared) = prepare_ready(survey, segmentation, ready, observer)? else {
         return Ok(Outcome::default());
     };
     let found = prepared.recognise(observer)?;

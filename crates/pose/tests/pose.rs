@@ -2,7 +2,10 @@
 
 use geom::{PointCloud, Pose, Quat, SeedTree, Silent, Vec3};
 use metrics::{PoseCriteria, PoseScore, TrueBlock, score_poses};
-use pose::{Method, Places, PoseConfig, PoseError, prepare, recognise, recognise_pile};
+use pose::{
+    Method, Places, PoseConfig, PoseError, Templates, prepare, recognise, recognise_pile,
+    recognise_with,
+};
 use proptest::prelude::*;
 use scene::{
     BlockSpec, Catalog, CatalogSpec, CentreHypothesis, Fit, Guess, ModelId, PosedModel, Recognised,
@@ -270,12 +273,15 @@ fn the_steps_are_the_stage() {
     let made = pile(&catalog, 0.03, 21);
     let unknown = nothing_known(made.instance.len());
     let config = PoseConfig::default();
+    let ready = Templates::new(&catalog, &config).unwrap();
     let prepared = prepare(&made.survey, &unknown, &catalog, &config, &Silent).unwrap().unwrap();
     let found = prepared.recognise(&Silent).unwrap();
     let stepped = prepared.judge(found, &Silent);
     let whole = recognise_pile(&made.survey, &unknown, &catalog, &config, &Silent).unwrap();
     assert!(stepped.pile.stated >= 4, "{:?}", stepped.pile);
-    assert_eq!((stepped.blocks, stepped.pile), (whole.blocks, whole.pile));
+    assert_eq!((&stepped.blocks, &stepped.pile), (&whole.blocks, &whole.pile));
+    let kept = recognise_with(&made.survey, &unknown, &ready, &Silent).unwrap();
+    assert_eq!((kept.blocks, kept.pile), (whole.blocks, whole.pile));
     // Nothing surveyed is nothing to prepare.
     let nothing = Survey::default();
     let none = prepare(&nothing, &Segmentation::default(), &catalog, &config, &Silent).unwrap();

@@ -68,7 +68,9 @@ impl FromStr for MemoryBound {
 impl fmt::Display for MemoryBound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.bytes {
-            bytes if bytes % 1_000_000_000 == 0 => write!(f, "{}GB", bytes / 1_000_000_000),
+            bytes if bytes.is_multiple_of(1_000_000_000) => {
+                write!(f, "{}GB", bytes / 1_000_000_000)
+            }
             bytes => write!(f, "{}MB", bytes as f64 / 1e6),
         }
     }

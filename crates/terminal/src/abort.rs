@@ -38,7 +38,7 @@ fn fill(wall: PipeWriter) -> io::Result<()> {
     let bytes = [0; 4096];
     for piece in [&bytes[..], &bytes[..1]] {
         // The handler's registration has made the pipe one that does not wait.
-        while (&wall).write(piece).is_ok() {}
+        while matches!((&wall).write(piece), Ok(written) if written > 0) {}
     }
     // The call is of sockets in the library, and of every open file in the system.
     UnixStream::from(OwnedFd::from(wall)).set_nonblocking(false)

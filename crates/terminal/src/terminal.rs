@@ -51,7 +51,7 @@ impl Terminal {
             if asked.cancel() {
                 std::process::exit(1);
             }
-            eprintln!("stopping after the work in hand; press Ctrl-C again to stop at once");
+            to_stderr("stopping after the work in hand; press Ctrl-C again to stop at once");
         });
         // Without it an abort ends as the system ends it.
         #[cfg(unix)]
@@ -112,7 +112,9 @@ impl Terminal {
             let event = json!({ "event": "failed", "code": code, "id": id, "message": message });
             print_line(&event.to_string());
         }
-        error.lines().iter().for_each(|line| eprintln!("tsumu: {}", self.language.line(line)));
+        for line in error.lines() {
+            to_stderr(&format!("tsumu: {}", self.language.line(&line)));
+        }
     }
 
     /// A part is done: its wall time, and that it was kept or is kept from now on.
@@ -148,8 +150,8 @@ impl Terminal {
             .as_ref()
             .and_then(|r| r.bar.as_ref())
         {
-            Some(bar) => bar.suspend(|| eprintln!("{line}")),
-            None => eprintln!("{line}"),
+            Some(bar) => bar.suspend(|| to_stderr(line)),
+            None => to_stderr(line),
         }
     }
 }
@@ -205,6 +207,11 @@ fn bar(stage: &'static str, total: u64) -> ProgressBar {
     bar.set_style(style);
     bar.set_message(stage);
     bar
+}
+
+/// A line for people. Where it cannot be written, the disk behind it being full, the work counts more than its warnings.
+pub(crate) fn to_stderr(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// What kept a line from standard output.

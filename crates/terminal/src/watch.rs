@@ -19,11 +19,11 @@ pub(crate) fn over(limit: MemoryLimit) {
                 continue;
             };
             if now > limit {
-                eprintln!(
+                crate::terminal::to_stderr(&format!(
                     "tsumu: stopped: {:.2} GB of memory are in use, more than the {:.2} GB it may take (--memory, or `memory` in site.toml); finished parts are kept: allow more and give the same command again, or give [area] for a part of the site",
                     now as f64 / 1e9,
                     limit as f64 / 1e9
-                );
+                ));
                 std::process::exit(1);
             }
         }

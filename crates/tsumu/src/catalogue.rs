@@ -3,8 +3,9 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer};
+use geom::{Event, Observer, TriMesh};
 use scene::{BlockModel, Catalog, CatalogSpec};
+use std::collections::BTreeMap;
 use std::path::Path;
 use synth::Recipe;
 
@@ -19,9 +20,24 @@ pub fn read(file: &Path, observer: &dyn Observer) -> Result<Catalog> {
 
 /// The models of a catalogue whose meshes lie beside `file`.
 pub(crate) fn models(spec: &CatalogSpec, file: &Path, observer: &dyn Observer) -> Result<Catalog> {
-    let load = io::site::mesh_loader_telling(file, observer);
-    let catalog = blocks::catalog(spec, &load)
-        .map_err(|e| Error::bad_input(anyhow!(e).context(file.display().to_string())))?;
+    models_with(spec, &BTreeMap::new(), Some(file), observer)
+}
+
+/// The models of a catalogue; meshes in memory count before those beside `file`.
+pub(crate) fn models_with(
+    spec: &CatalogSpec,
+    meshes: &BTreeMap<String, TriMesh>,
+    file: Option<&Path>,
+    observer: &dyn Observer,
+) -> Result<Catalog> {
+    let load = |mesh: &Path| match (meshes.get(mesh.to_string_lossy().as_ref()), file) {
+        (Some(found), _) => Ok(found.clone()),
+        (None, Some(file)) => io::site::mesh_loader_telling(file, observer)(mesh),
+        (None, None) => Err(format!("the mesh `{}` was not given", mesh.display())),
+    };
+    let named = file.map_or("catalog".to_string(), |file| file.display().to_string());
+    let catalog =
+        blocks::catalog(spec, &load).map_err(|e| Error::bad_input(anyhow!(e).context(named)))?;
     for warning in blocks::warnings(&catalog) {
         observer.event(Event::Warned(warning));
     }

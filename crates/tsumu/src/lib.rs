@@ -11,7 +11,10 @@
 //! # Ok::<(), tsumu::Error>(())
 //! ```
 
+mod arrays;
 mod before;
+mod bin;
+mod bin_lines;
 mod block_look;
 mod block_size;
 mod catalogue;
@@ -58,9 +61,11 @@ mod what_if;
 mod whole_run;
 mod written;
 
+pub use arrays::{Arrays, catalog_of};
 pub use before::{cannot, check, check_first, init, write_map};
+pub use bin::{Bin, BinLook, BinOptions, Grasp};
 pub use block_size::{BlockFit, FitOptions, fit_blocks};
-pub use catalogue::{RecipeInputs, read_recipe};
+pub use catalogue::{RecipeInputs, read as read_catalog, read_recipe};
 pub use choices::PlanChoice;
 pub use comparison::{
     CompareOptions, Compared, ComparisonFolder, EpochRun, compare, compare_series,
@@ -94,7 +99,9 @@ pub use summary::{
     CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary, TypeCount, UnfilledCount,
 };
 pub use surveys::Clouds;
-pub use synthetic_site::{Georeference, SyntheticSite, make_next_epoch, make_site, read_then};
+pub use synthetic_site::{
+    Georeference, SyntheticSite, make_next_epoch, make_scene, make_site, read_then,
+};
 pub use tiles::{
     Tile, TileDone, TileOptions, TilePlan, TileRequest, TileStatus, TiledSite, merge_tiles,
 };

@@ -80,9 +80,19 @@ impl Site {
         options: &RecogniseOptions,
         job: &Job,
     ) -> Result<(Segments, WeightsOrigin)> {
+        let (found, origin) = self.segmentation(options, job)?;
+        Ok((found.into(), origin))
+    }
+
+    /// The same with all the network says: the places where a block's centre may be, each with its points.
+    pub fn segmentation(
+        &self,
+        options: &RecogniseOptions,
+        job: &Job,
+    ) -> Result<(Segmentation, WeightsOrigin)> {
         let chosen = weights::choose(options.weights.as_deref(), &self.catalog, job)?;
         let found = job.install(|| self.recogniser(&chosen, job).segments(&self.survey))?;
-        Ok((found.into(), chosen.origin))
+        Ok((found, chosen.origin))
     }
 
     /// The same in parts that an interrupted run keeps.

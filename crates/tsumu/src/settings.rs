@@ -16,6 +16,8 @@ pub struct Settings {
     pub method: Option<Method>,
     /// A TOML file whose tables count before the site's.
     pub file: Option<PathBuf>,
+    /// Tables that count before the file's, in the same language.
+    pub tables: toml::Table,
     /// Where the planner's first poses come from.
     pub policy: Option<Policy>,
     /// Drops of policy `random` in a window, of which the best stays.
@@ -31,6 +33,12 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Settings from JSON text of the same tables: `{"plan": {"rounds": 3}}`. Error: it is no such text.
+    pub fn of_json(text: &str) -> Result<Self> {
+        let tables = serde_json::from_str(text).context("settings").or_bad_input()?;
+        Ok(Self { tables, ..Self::default() })
+    }
+
     /// The settings of a loose cloud.
     pub(crate) fn alone(&self) -> Result<Config> {
         self.over(toml::Table::new())
@@ -53,6 +61,12 @@ impl Settings {
             // Unknown keys are named with their line.
             let _: Config = io::site::read_toml(file).or_bad_input()?;
             lay(&mut tables, own);
+        }
+        if !self.tables.is_empty() {
+            let own = toml::Value::Table(self.tables.clone());
+            // Read alone first, so that a message says where an unknown key stands.
+            let _: Config = own.try_into().context("settings").or_bad_input()?;
+            lay(&mut tables, self.tables.clone());
         }
         let said: Config = toml::Value::Table(tables.clone()).try_into().or_bad_input()?;
         let method = self.method.unwrap_or(said.method);
@@ -171,6 +185,16 @@ mod tests {
         std::fs::write(&file, "[plan]\nwalls = true\n").unwrap();
         let both = again.of_site(&spec).unwrap();
         assert!(both.plan.walls && both.plan.rounds == 3 && both.pose.rounds == 2);
+    }
+
+    #[test]
+    fn settings_may_come_as_json() {
+        let own = Settings::of_json(r#"{"plan": {"rounds": 3}}"#).unwrap();
+        let config = own.of_site(&spec("[plan]\nrounds = 2\nwalls = true\n")).unwrap();
+        assert!(config.plan.walls && config.plan.rounds == 3);
+        let line = |text: &str| Settings::of_json(text).and_then(|s| s.alone()).unwrap_err().line();
+        assert!(line(r#"{"plan": {"speed": 3}}"#).contains("speed"));
+        assert!(line("[1]").contains("settings"));
     }
 
     #[test]

@@ -8,14 +8,12 @@ use crate::ratings::{self, RatingsRecord};
 use crate::surveys::{self, Clouds, Joined};
 use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::{DVec3, Event, Observer, Warning};
+use geom::{Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
 use pipeline::Config;
-use scene::{
-    Catalog, DesignSurface, Ground, GroundSpec, MemoryBound, Ratings, Review, SiteFrame, Survey,
-};
+use scene::{Catalog, DesignSurface, Ground, MemoryBound, Ratings, Review, SiteFrame, Survey};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -198,7 +196,7 @@ impl Site {
     }
 
     /// What no file alone tells: the unit of the blocks, the place of the design.
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         pipeline::survey::check_scale(&self.survey, &self.catalog)?;
         if let Some(design) = &self.design {
             self.check_heights(design)?;
@@ -300,7 +298,7 @@ impl Site {
 }
 
 /// Tells the job of its bound, and holds what the surveys' headers state against it before they are read.
-fn bound_memory(
+pub(crate) fn bound_memory(
     memory: Option<MemoryBound>,
     surveys: &[PathBuf],
     partly: bool,
@@ -355,15 +353,5 @@ fn design(
 
 /// The bed as the site states it, in the local frame; `None`: to be estimated.
 pub(crate) fn ground(site: &io::site::Site, frame: &SiteFrame) -> Option<Ground> {
-    let origin = frame.origin;
-    site.spec.ground.map(|ground| match ground {
-        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - origin[2]) as f32 },
-        GroundSpec::Plane(plane) => {
-            let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
-            let normal =
-                DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
-            let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
-            Ground::Plane { point: frame.local_from_site(point), normal }
-        }
-    })
+    site.spec.ground.as_ref().map(|ground| surveys::ground_of(ground, frame))
 }

@@ -9,7 +9,9 @@ use geom::{DVec3, Event, Observer, Warning};
 use io::crs::FileCrs;
 use io::read_options::{Reason, describe};
 use io::{IoError, RawCloud, ReadOptions};
-use scene::{Area, AxisOrder, Catalog, SensorKind, Severity, Survey};
+use scene::{
+    Area, AxisOrder, Catalog, Ground, GroundSpec, SensorKind, Severity, SiteFrame, Survey,
+};
 use std::path::{Path, PathBuf};
 
 /// How clouds without a site were measured.
@@ -204,4 +206,18 @@ fn part(
     let message = format!("{}: {} points in the area", file.display(), cloud.len());
     observer.event(Event::Noted { stage: "read", message });
     Ok(cloud)
+}
+
+/// A bed that is stated in site coordinates, in a local frame.
+pub(crate) fn ground_of(ground: &GroundSpec, frame: &SiteFrame) -> Ground {
+    match ground {
+        GroundSpec::Level { level_m } => Ground::Level { z_m: (level_m - frame.origin[2]) as f32 },
+        GroundSpec::Plane(plane) => {
+            let (sin, cos) = plane.falls_towards_deg.to_radians().sin_cos();
+            let normal =
+                DVec3::new(sin / plane.slope_m, cos / plane.slope_m, 1.0).normalize().as_vec3();
+            let point = DVec3::new(plane.point[0], plane.point[1], plane.level_m);
+            Ground::Plane { point: frame.local_from_site(point), normal }
+        }
+    }
 }

@@ -46,6 +46,11 @@ pub fn make_site(
     Ok(SyntheticSite::of(&scene))
 }
 
+/// One scene in memory: scene `index` of a dataset of this seed, to the byte.
+pub fn make_scene(inputs: &RecipeInputs, seed: u64, index: u32) -> Result<SynthScene> {
+    synth::scene(&inputs.recipe, &inputs.catalog, dataset::seed(seed, index)).or_bad_input()
+}
+
 /// The same scene after something happened to it: survey and truth, and `truth/changes_truth.csv`, what really happened to
 /// each block. `plan`: the placements that works build, a storm needs none. Errors: works without a plan.
 pub fn make_next_epoch(

@@ -16,6 +16,7 @@ pub mod recognise;
 pub mod report;
 pub mod run;
 pub mod segment;
+pub mod serve_bin;
 pub mod sign;
 pub mod synth;
 pub mod tiles;

@@ -92,6 +92,7 @@ impl PlanArgs {
             improve: self.improve,
             seed: self.seed,
             memory: self.memory,
+            ..Settings::default()
         }
     }
 }

@@ -75,6 +75,7 @@ impl RunArgs {
             improve: None,
             seed: self.seed,
             memory: self.memory,
+            ..Settings::default()
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::site::{ok, tsumu};
 
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 20] = [
     "init",
     "blocks",
     "check",
@@ -18,6 +18,7 @@ const COMMANDS: [&str; 19] = [
     "evaluate",
     "verify",
     "sign",
+    "serve-bin",
     "synth",
     "open",
     "completions",

@@ -41,6 +41,24 @@ fn an_output_that_is_full_is_told() {
     assert!(said.contains("standard output"), "{said}");
 }
 
+/// A warning that could not be written once ended the run with status 101 and no line.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_error_ends_no_run() {
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let site = copy();
+    let file = site.path().join("site.toml");
+    // Far more is designed than was surveyed, which is warned of.
+    let wide = std::fs::read_to_string(&file).unwrap().replace("41247.0", "41147.0");
+    std::fs::write(&file, wide).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tsumu"));
+    command.arg("run").arg(site.path()).args(["--plans", "0", "--policy", "random"]);
+    assert!(command.stderr(full()).output().unwrap().status.success());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tsumu"));
+    command.args(["run", "/nowhere"]);
+    assert_eq!(command.stderr(full()).output().unwrap().status.code(), Some(2));
+}
+
 /// A limit on the size of files stands in for a disk that is full: writes fail in the middle of a file.
 #[cfg(unix)]
 #[test]
