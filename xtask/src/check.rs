@@ -7,7 +7,7 @@ use crate::process::{cargo, command, done, done_within, heard, output, works};
 use crate::{citations, root};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 /// The version of cargo-deny that `deny.toml` is written for.
@@ -211,15 +211,7 @@ fn exports(_: &mut Tests) -> Result<Went> {
                 .into(),
         ));
     }
-    done(cargo(&[
-        "build",
-        "--release",
-        "--workspace",
-        "--bins",
-        "--example",
-        "exports",
-        "--locked",
-    ]))?;
+    done(built_programs())?;
     let program = |name: &str| built().join("release").join(name).display().to_string();
     done(command(&program("examples/exports"), [at("exports")]))?;
     done(command(&python, ["tools/check_exports.py", &at("exports")]))?;
@@ -231,6 +223,12 @@ fn exports(_: &mut Tests) -> Result<Went> {
     Ok(Went::Well)
 }
 
+/// Builds the programs. With an example, so that units have the features of the tests and nothing is built anew.
+fn built_programs() -> Command {
+    let programs = ["build", "--release", "--workspace", "--bins", "--example", "exports"];
+    cargo(&[&programs[..], &["--locked"]].concat())
+}
+
 /// Failures of the system at places drawn from a run of a tiny site, and kills; all places by hand.
 fn faults(_: &mut Tests) -> Result<Went> {
     if !works(command("strace", ["-V"])) {
@@ -238,7 +236,7 @@ fn faults(_: &mut Tests) -> Result<Went> {
             "strace, which makes calls of the system fail, is not here".into(),
         ));
     }
-    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
+    done(built_programs())?;
     let program = built().join("release/tsumu").display().to_string();
     let trials = built().join("xtask-faults.jsonl");
     if trials.exists() {
@@ -261,7 +259,7 @@ fn processors(_: &mut Tests) -> Result<Went> {
         let lacks = if emulated { "a processor with AVX-512" } else { "qemu-x86_64" };
         return Ok(Went::Skipped(format!("{lacks} is not here")));
     }
-    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
+    done(built_programs())?;
     let program = built().join("release/tsumu").display().to_string();
     done(command("python3", ["tools/processors.py", &program]))?;
     Ok(Went::Well)
@@ -290,7 +288,7 @@ fn tiles(_: &mut Tests) -> Result<Went> {
                 .into(),
         ));
     }
-    done(cargo(&["build", "--release", "--workspace", "--bins", "--locked"]))?;
+    done(built_programs())?;
     let program = built().join("release/tsumu").display().to_string();
     done(command(&python, ["tools/check_tiles.py", &program, &at("work")]))?;
     Ok(Went::Well)

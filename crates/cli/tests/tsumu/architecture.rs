@@ -238,7 +238,7 @@ fn the_program_stays_small() {
             .sum::<usize>()
     };
     assert!(lines("cli", "src") <= 2300, "{}", lines("cli", "src"));
-    assert!(lines("pipeline", "src") <= 900, "{}", lines("pipeline", "src"));
+    assert!(lines("pipeline", "src") <= 1000, "{}", lines("pipeline", "src"));
     for file in rust_files(&root().join("crates/cli/src/cmd")) {
         let text = std::fs::read_to_string(&file).expect("readable");
         let mut begin = None;
