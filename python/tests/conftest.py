@@ -27,6 +27,12 @@ def found(site: tsumu.Site) -> tsumu.Recognition:
 
 
 @pytest.fixture(scope="session")
+def found_as_array() -> tsumu.Recognition:
+    """The sample under the seed of a cloud without site.toml, which says `seed = 1`."""
+    return tsumu.Site.load(SAMPLE, seed=0).recognise()
+
+
+@pytest.fixture(scope="session")
 def program() -> str:
     """The program `tsumu` of the same build: TSUMU_PROGRAM, or what lies in PATH."""
     path = os.environ.get("TSUMU_PROGRAM") or shutil.which("tsumu")
@@ -43,7 +49,8 @@ def command_run(program: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-#: A bin without much in it, so that it is made and seen in a second or two.
+#: A bin without much in it, so that it is made and seen in a second or two. Its floor and walls are not measured, and tops of a
+#: few cubes are flat enough to be taken for a floor; BIN_SETTINGS says so.
 BIN_RECIPE = """
 name = "few cubes"
 count = [6, 6]
@@ -63,6 +70,7 @@ name = "cube"
 shape = { kind = "cube", size = 0.08 }
 density_kg_m3 = 2700.0
 """
+BIN_SETTINGS = {"background": {"bin": False}}
 
 
 @pytest.fixture(scope="session")
@@ -71,5 +79,5 @@ def bin_look(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[tsumu.B
     recipe = tmp_path_factory.mktemp("bin") / "recipe.toml"
     recipe.write_text(BIN_RECIPE)
     scene = tsumu.synth(recipe, seed=3)
-    with tsumu.Bin(scene.catalog) as bin:
+    with tsumu.Bin(scene.catalog, settings=BIN_SETTINGS) as bin:
         yield bin, bin.look(scene.points, sensor_positions=scene.sensor_positions), scene

@@ -91,7 +91,7 @@ def test_catalogues_that_are_none() -> None:
         tsumu.recognise(cloud(), "missing.toml")
     with pytest.raises(tsumu.BadInput, match="both have a type `cube 1 m`"):
         CUBE + tsumu.Catalog.cube(1.0)
-    with pytest.raises(tsumu.BadInput, match="kind"):
+    with pytest.raises(tsumu.BadInput, match="unknown variant `pyramid`, expected one of `tetrapod`"):
         tsumu.Catalog.shape("pyramid", 1.0)
     with pytest.raises(tsumu.BadInput):
         tsumu.Catalog.cube(-1.0)

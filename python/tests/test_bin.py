@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import tsumu
+from conftest import BIN_SETTINGS
 from tsumu import bop
 
 Looked = tuple[tsumu.Bin, tsumu.BinLook, tsumu.SyntheticScene]
@@ -28,9 +29,10 @@ def test_what_is_seen_lies_there(bin_look: Looked) -> None:
 
 def test_a_bin_sees_what_recognise_sees(bin_look: Looked) -> None:
     _, look, scene = bin_look
-    found = tsumu.recognise(scene.points, scene.catalog, "depth-camera", sensor_positions=scene.sensor_positions)
+    seen_from = scene.sensor_positions
+    found = tsumu.recognise(scene.points, scene.catalog, "depth-camera", sensor_positions=seen_from, settings=BIN_SETTINGS)
     poses = {block.id: block.pose for block in found}
-    assert {grasp.id for grasp in look} == set(poses)
+    assert {grasp.id for grasp in look} == set(poses) != set()
     assert all(np.array_equal(grasp.pose, poses[grasp.id]) for grasp in look)
 
 
@@ -57,10 +59,12 @@ def test_the_command_answers_with_the_same_parts(bin_look: Looked, program: str,
     _, look, scene = bin_look
     catalog = tmp_path / "catalog.toml"
     catalog.write_text('[[block]]\nname = "cube"\nshape = { kind = "cube", size = 0.08 }\ndensity_kg_m3 = 2700.0\n')
+    config = tmp_path / "config.toml"
+    config.write_text("[background]\nbin = false\n")
     request = {"points": scene.points.tolist(), "sensor_positions": scene.sensor_positions.tolist()}
     lines = [{"id": "a", **request}, {"id": "b", "cloud": "nowhere.ply"}, {"id": "c", **request}]
     text = "".join(json.dumps(line) + "\n" for line in lines)
-    words = [program, "serve-bin", "--catalog", str(catalog), "--quiet"]
+    words = [program, "serve-bin", "--catalog", str(catalog), "--config", str(config), "--quiet"]
     done = subprocess.run(words, input=text, capture_output=True, text=True, check=True)
     answers: list[dict[str, Any]] = [json.loads(line) for line in done.stdout.splitlines()]
     assert [answer["id"] for answer in answers] == ["a", "b", "c"]

@@ -25,15 +25,15 @@ def example(name: str) -> ModuleType:
     return module
 
 
-def test_laspy(found: tsumu.Recognition, tmp_path: Path) -> None:
+def test_laspy(found_as_array: tsumu.Recognition, tmp_path: Path) -> None:
     laspy = pytest.importorskip("laspy")
     cloud = laspy.read(SAMPLE / "survey.laz")
     example("laspy_blocks").add_blocks(cloud, tsumu.Catalog.tetrapod(2.0))
     cloud.write(tmp_path / "labelled.laz")
-    assert np.array_equal(laspy.read(tmp_path / "labelled.laz")["block"], found.labels)
+    assert np.array_equal(laspy.read(tmp_path / "labelled.laz")["block"], found_as_array.labels)
 
 
-def test_pdal(site: tsumu.Site, found: tsumu.Recognition) -> None:
+def test_pdal(site: tsumu.Site, found_as_array: tsumu.Recognition) -> None:
     """PDAL hands a dict of columns to the function and takes the new ones from another."""
     pipeline = json.loads((EXAMPLES / "pdal_blocks.json").read_text())
     stage = pipeline[1]
@@ -42,7 +42,7 @@ def test_pdal(site: tsumu.Site, found: tsumu.Recognition) -> None:
     outs: dict[str, Any] = {}
     add = getattr(example(stage["module"]), stage["function"])
     assert add({"X": east, "Y": north, "Z": up}, outs) is True
-    assert np.array_equal(outs["BlockId"], found.labels)
+    assert np.array_equal(outs["BlockId"], found_as_array.labels)
     wanted = {name.partition("=")[0]: name.partition("=")[2] for name in stage["add_dimension"]}
     assert wanted == {"BlockId": "uint32", "BlockConfidence": "float"} and set(outs) == set(wanted)
     assert outs["BlockId"].dtype == np.uint32 and outs["BlockConfidence"].dtype == np.float32

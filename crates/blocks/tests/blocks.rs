@@ -309,7 +309,8 @@ fn shell_twice() {
     assert!(matches!(mesh_model("both", &both, 2300.0), Err(BlockError::Shells { .. })));
 }
 
-/// `far-from-origin.obj`: what a mesh becomes does not depend on how finely its file rounds the corners.
+/// `far-from-origin.obj`: what a mesh becomes does not depend on how finely its file rounds the corners, but for a convex part more
+/// or less of those a concave solid is cut into.
 #[test]
 fn rounded_corners_make_the_same_block() {
     let exact = shape(Shape::Tetrapod { size: 2.0 }).mesh;
@@ -318,7 +319,8 @@ fn rounded_corners_make_the_same_block() {
         mesh_model("exact", &exact, 2300.0).unwrap(),
         mesh_model("rounded", &rounded, 2300.0).unwrap(),
     );
-    assert_eq!((a.parts.len(), a.symmetry.order()), (b.parts.len(), b.symmetry.order()));
+    assert_eq!(a.symmetry.order(), b.symmetry.order());
+    assert!(a.parts.len().abs_diff(b.parts.len()) <= 1, "{} {}", a.parts.len(), b.parts.len());
     assert!((a.volume_m3 - b.volume_m3).abs() < 1e-4);
     assert!((a.parts_volume_ratio - b.parts_volume_ratio).abs() < 0.02);
 }

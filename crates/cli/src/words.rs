@@ -208,7 +208,7 @@ pub fn planned(summary: &PlannedSummary, terminal: &Terminal) {
 /// The next blocks to place.
 pub fn next(lifts: &[NextLift], terminal: &Terminal) {
     if lifts.is_empty() {
-        terminal.say("every block of the plan is placed".to_string());
+        terminal.say("every block of the plan is placed");
     }
     for l in lifts {
         let (Some([x, y, z]), Some([tilt, bearing, second])) = (l.centre_m, l.attitude_deg) else {

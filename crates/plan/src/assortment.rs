@@ -107,7 +107,7 @@ pub(crate) fn closed_zones(
 }
 
 /// Zones for which no type of the plan is heavy enough.
-pub(crate) fn unserved<'a>(zones: &'a [ZoneConfig], heaviest_kg: f32) -> Vec<&'a ZoneConfig> {
+pub(crate) fn unserved(zones: &[ZoneConfig], heaviest_kg: f32) -> Vec<&ZoneConfig> {
     zones.iter().filter(|z| heaviest_kg < z.minimum_mass_kg).collect()
 }
 

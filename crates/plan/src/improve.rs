@@ -118,7 +118,7 @@ fn places(site: &Site, base: &Base, kept: &[Placement], seed: SeedTree) -> Vec<P
     let block = base.block(site);
     let mut settings = site.types.last().unwrap_or(site.main()).settings.clone();
     settings.minimum_volume_m3 *= PLACE;
-    let open = windows::detect(&base.surface, &base.design, &settings, |_| true);
+    let open = windows::detect(&base.surface, base.design, &settings, |_| true);
     let mut centres: Vec<Vec2> = open.iter().map(|w| w.centre).collect();
     centres.extend(kept.iter().map(|p| base.centre(p).truncate()));
     centres.shuffle(&mut rng);

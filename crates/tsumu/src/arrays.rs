@@ -121,13 +121,23 @@ fn check(arrays: &Arrays) -> Result<()> {
 }
 
 /// The models of a catalogue whose meshes lie in memory, metres, by the name its entries give; meshes it names beside them are
-/// looked for beside `file`.
+/// looked for beside `file`. Errors: a triangle of a vertex that is not there, a surface that is not closed.
 pub fn catalog_of(
     spec: &CatalogSpec,
     meshes: &BTreeMap<String, TriMesh>,
     file: Option<&Path>,
     observer: &dyn Observer,
 ) -> Result<Catalog> {
+    for (name, mesh) in meshes {
+        let count = mesh.vertices.len();
+        let missing = |t: &[u32; 3]| t.iter().copied().find(|&v| v as usize >= count);
+        let refers = |(i, t)| missing(t).map(|vertex| (i, vertex));
+        if let Some((triangle, vertex)) = mesh.triangles.iter().enumerate().find_map(refers) {
+            return Err(Error::bad_input(anyhow!(
+                "{name}: triangle {triangle} refers to vertex {vertex}, but there are only {count}"
+            )));
+        }
+    }
     catalogue::models_with(spec, meshes, file, observer)
 }
 
@@ -176,10 +186,15 @@ mod tests {
             triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         };
         let spec: CatalogSpec = serde_json::from_str(spec).unwrap();
+        let mut stray = mesh.clone();
+        stray.triangles[2][1] = 9;
         let meshes = BTreeMap::from([("wedge".to_string(), mesh)]);
         let found = catalog_of(&spec, &meshes, None, &geom::Silent).unwrap();
         let volume_m3 = found.iter().next().unwrap().1.volume_m3;
         assert!((volume_m3 - 1.0 / 6.0).abs() < 1e-6, "{volume_m3}");
+        let stray = BTreeMap::from([("wedge".to_string(), stray)]);
+        let stray = catalog_of(&spec, &stray, None, &geom::Silent).unwrap_err();
+        assert!(stray.line().contains("triangle 2 refers to vertex 9"), "{}", stray.line());
         let missing = catalog_of(&spec, &BTreeMap::new(), None, &geom::Silent).unwrap_err();
         assert!(missing.line().contains("wedge"), "{}", missing.line());
     }

@@ -87,6 +87,8 @@ fn a_ply_of_fewer_points_is_matched_within_the_tolerance() {
         &result,
         "--tolerance",
         "0.001",
+        "--zero-is-instance",
+        "result",
     ]);
     assert_eq!(far.code, 2);
     assert!(far.err.contains("--tolerance") && far.err.trim().lines().count() == 1, "{}", far.err);

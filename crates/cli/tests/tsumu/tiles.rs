@@ -172,7 +172,7 @@ fn tiles_give_what_the_whole_gives_in_any_order_and_number() {
     assert_eq!(work_on(&at("many"), &keys[0])["kept"], true);
     merged(&at("many"), &at("of-many"));
 
-    let fewer = planned(strip(), &at("few"), "100");
+    let fewer = planned(strip(), &at("few"), "60");
     assert!(fewer.len() < keys.len() && fewer.len() >= 2, "{fewer:?}");
     fewer.iter().for_each(|key| drop(work_on(&at("few"), key)));
     merged(&at("few"), &at("of-few"));
@@ -213,8 +213,8 @@ fn what_does_not_belong_together_is_named_and_not_merged() {
     ]);
     assert!(other.code == 2 && other.err.contains("another plan"), "{}", other.err);
 
-    let too_much = tsumu(&["tiles", "run", &text(&plan), "--index", "0", "--memory", "210MB"]);
-    assert!(too_much.code == 2 && too_much.err.contains("--memory 210MB"), "{}", too_much.err);
+    let too_much = tsumu(&["tiles", "run", &text(&plan), "--index", "0", "--memory", "300MB"]);
+    assert!(too_much.code == 2 && too_much.err.contains("--memory 300MB"), "{}", too_much.err);
     let beyond = tsumu(&["tiles", "run", &text(&plan), "--index", "999"]);
     assert!(beyond.code == 2 && beyond.err.contains("999"), "{}", beyond.err);
     let which = tsumu(&["tiles", "run", &text(&plan)]);

@@ -89,6 +89,13 @@ impl Served {
         Answer { status, head: head.to_lowercase(), body: body.into() }
     }
 
+    /// Sends and goes away without waiting for an answer.
+    pub fn send_and_leave(&self, head: &str, body: &[u8]) {
+        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.write_all(format!("{head}\r\n\r\n").as_bytes()).unwrap();
+        stream.write_all(body).unwrap();
+    }
+
     fn ours(&self) -> String {
         let (port, token) = (self.port, &self.token);
         format!("Host: 127.0.0.1:{port}\r\nCookie: tsumu-{port}={token}")

@@ -2,12 +2,15 @@
 
 use crate::asked::{Served, serve};
 
-fn upload(page: &Served, name: &str, stated: &str, body: &[u8]) -> crate::asked::Answer {
+fn head(page: &Served, name: &str, stated: &str) -> String {
     let (port, token) = (page.port, &page.token);
-    let head = format!(
+    format!(
         "POST /api/upload/{name} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nCookie: tsumu-{port}={token}\r\nx-tsumu: page{stated}"
-    );
-    page.send(&head, body)
+    )
+}
+
+fn upload(page: &Served, name: &str, stated: &str, body: &[u8]) -> crate::asked::Answer {
+    page.send(&head(page, name, stated), body)
 }
 
 fn left(page: &Served) -> Vec<String> {
@@ -53,7 +56,7 @@ fn what_does_not_fit_is_refused_before_it_is_written() {
 #[test]
 fn of_an_upload_that_breaks_off_nothing_stays() {
     let page = serve("exit 0");
-    let _ = upload(&page, "a.laz", "\r\nContent-Length: 5000000", b"short");
+    page.send_and_leave(&head(&page, "a.laz", "\r\nContent-Length: 5000000"), b"short");
     // The connection was closed by us: the server notices on its own time.
     for _ in 0..100 {
         if left(&page).is_empty() {

@@ -26,6 +26,6 @@ mod tests {
         let memory: MemoryBound = "2GB".parse().unwrap();
         assert!(of_tile(points_within(memory)) <= memory.bytes());
         assert!(of_tile(points_within(memory) + 1000) > memory.bytes());
-        assert_eq!(points_within("210MB".parse().unwrap()), 0);
+        assert_eq!(points_within("300MB".parse().unwrap()), 0);
     }
 }
