@@ -238,7 +238,7 @@ mod tests {
         // Half of it, cut where squares of every size end.
         counts.retain(|cell, _| cell.east >= 0);
         assert!(keys(&counts).iter().all(|key| all.contains(key)));
-        assert_eq!(all[0], "e-5n-3s1");
+        assert_eq!(all[0], "e-8n-4s4");
     }
 
     #[test]
