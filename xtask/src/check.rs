@@ -188,24 +188,31 @@ pub fn built() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }
 
+/// An empty folder of this name where builds go.
+fn emptied(name: &str) -> Result<PathBuf> {
+    let folder = built().join(name);
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    std::fs::create_dir_all(&folder)?;
+    Ok(folder)
+}
+
+/// Makes a Python environment with these requirements; false where they cannot be had.
+fn python_with(folder: &str, requirements: &str) -> bool {
+    let python = format!("{folder}/bin/python");
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
+    let install = [&install[..], &[requirements]].concat();
+    works(command("python3", ["-m", "venv", folder]))
+        && done_within(command(&python, install), INSTALLING_READERS).is_ok()
+}
+
 /// The sample's exports and run folder, opened by readers that are not ours.
 fn exports(_: &mut Tests) -> Result<Went> {
-    let work = built().join("xtask-exports");
-    if work.exists() {
-        std::fs::remove_dir_all(&work)?;
-    }
-    std::fs::create_dir_all(&work)?;
+    let work = emptied("xtask-exports")?;
     let at = |name: &str| work.join(name).display().to_string();
     let python = at("readers/bin/python");
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-    let requirements = ["-r", "tools/requirements-exports.txt"];
-    let installed = works(command("python3", ["-m", "venv", &at("readers")]))
-        && done_within(
-            command(&python, [&install[..], &requirements[..]].concat()),
-            INSTALLING_READERS,
-        )
-        .is_ok();
-    if !installed {
+    if !python_with(&at("readers"), "tools/requirements-exports.txt") {
         return Ok(Went::Skipped(
             "the readers of tools/requirements-exports.txt cannot be installed here; exports opened by our own tests only"
                 .into(),
@@ -267,22 +274,10 @@ fn processors(_: &mut Tests) -> Result<Went> {
 
 /// Tiles by a Dask cluster of which a worker is killed: the bytes of tiles worked on one by one.
 fn tiles(_: &mut Tests) -> Result<Went> {
-    let work = built().join("xtask-tiles");
-    if work.exists() {
-        std::fs::remove_dir_all(&work)?;
-    }
-    std::fs::create_dir_all(&work)?;
+    let work = emptied("xtask-tiles")?;
     let at = |name: &str| work.join(name).display().to_string();
     let python = at("dask/bin/python");
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
-    let requirements = ["tools/requirements-tiles.txt"];
-    let installed = works(command("python3", ["-m", "venv", &at("dask")]))
-        && done_within(
-            command(&python, [&install[..], &requirements[..]].concat()),
-            INSTALLING_READERS,
-        )
-        .is_ok();
-    if !installed {
+    if !python_with(&at("dask"), "tools/requirements-tiles.txt") {
         return Ok(Went::Skipped(
             "Dask (tools/requirements-tiles.txt) cannot be installed here; tiles driven by our own tests only"
                 .into(),
