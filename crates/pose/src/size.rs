@@ -19,7 +19,7 @@ pub const WARNED_FROM: f32 = 0.015;
 /// A deviation from here on, when it is significant, and no block may be stated.
 pub const REFUSED_FROM: f32 = 0.04;
 /// So many standard errors make a deviation significant.
-const SIGNIFICANT: f32 = 3.0;
+pub(crate) const SIGNIFICANT: f32 = 3.0;
 /// Least standard error: meshes and surveys err in common by about this share.
 const LEAST_ERROR: f32 = 0.001;
 /// Working points a block, at most.
@@ -84,7 +84,7 @@ pub struct SizeCheck {
 
 impl Scale {
     /// How far the factor is from 1, where that is significant; else 0.
-    fn deviation(&self) -> f32 {
+    pub fn deviation(&self) -> f32 {
         let off = (self.factor - 1.0).abs();
         if off > SIGNIFICANT * self.factor_sd { off } else { 0.0 }
     }

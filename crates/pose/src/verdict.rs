@@ -1,6 +1,7 @@
 //! What the stage says of a survey as a whole, beside its blocks.
 
 use crate::absolute::CommonSize;
+use crate::size::{REFUSED_FROM, SIGNIFICANT, WARNED_FROM};
 use crate::viewpoint::Viewpoint;
 use serde::{Deserialize, Serialize};
 
@@ -21,12 +22,6 @@ pub struct PileVerdict {
 
 /// Blocks that explain less than this of what stands above the bed are no pile of these blocks.
 const UNLIKE: f32 = 0.2;
-/// From this deviation of the common size on it is warned of.
-const WARNED: f32 = 0.015;
-/// From this deviation of the common size on no block is stated.
-const REFUSED: f32 = 0.04;
-/// Deviations of so many standard deviations are significant.
-const SIGNIFICANT: f32 = 3.0;
 
 impl PileVerdict {
     /// Whether the blocks are so much larger or smaller than the catalogue's that none may be stated.
@@ -49,7 +44,7 @@ impl PileVerdict {
                 100.0 * size.factor_sd
             ));
         }
-        if let Some(size) = self.size.filter(|s| !is_wrong(s) && is_off(s, WARNED)) {
+        if let Some(size) = self.size.filter(|s| !is_wrong(s) && is_off(s, WARNED_FROM)) {
             told.push(format!(
                 "the blocks fit {:.1} ± {:.1} % of the catalogue's size: hold it against drawing and unit",
                 100.0 * size.factor,
@@ -83,7 +78,7 @@ impl PileVerdict {
 
 /// Whether a common size is significantly wrong.
 pub fn is_wrong(size: &CommonSize) -> bool {
-    is_off(size, REFUSED)
+    is_off(size, REFUSED_FROM)
 }
 
 /// Whether a common size is significantly so far off.

@@ -23,8 +23,6 @@ const POINTS: usize = 200_000;
 const REACH: f32 = 1.7;
 /// Places searched for each size: fewer than `tsumu blocks fit` takes, so that a check stays quick.
 const PLACES: usize = 10;
-/// So many standard errors make a deviation significant.
-const SIGNIFICANT: f32 = 3.0;
 /// Another size is believed from so many blocks and this explained share on.
 const FEWEST_BLOCKS: usize = 3;
 const LEAST_EXPLAINED: f32 = 0.15;
@@ -171,7 +169,7 @@ fn sizes(
             explained: best.explained,
             found: best.found,
         };
-        match deviation(&best) {
+        match best.scale.deviation() {
             off if off >= REFUSED_FROM => wrong.push(look.clone()),
             off => {
                 right = true;
@@ -211,15 +209,9 @@ fn likeliest(survey: &Survey, model: &BlockModel, job: &Job) -> Option<SizePropo
     if best.found < FEWEST_BLOCKS || best.explained < LEAST_EXPLAINED {
         return None;
     }
-    let own = |p: &&SizeProposal| deviation(p) < REFUSED_FROM;
+    let own = |p: &&SizeProposal| p.scale.deviation() < REFUSED_FROM;
     let own = fits.iter().find(own).filter(|p| p.explained >= AS_GOOD * best.explained);
     Some(own.unwrap_or(best).clone())
-}
-
-/// How far the size is from the catalogue's, where that is significant; else 0.
-fn deviation(fit: &SizeProposal) -> f32 {
-    let off = (fit.scale.factor - 1.0).abs();
-    if off > SIGNIFICANT * fit.scale.factor_sd { off } else { 0.0 }
 }
 
 /// `fits 2.79 ± 0.01 m; the catalogue says 2.00`.

@@ -1,7 +1,7 @@
 //! Plans a breakwater span like the thesis' site: 150 × 25 m, 1000 blocks dropped at random, a level design, a
 //! supplement one size larger. Prints one line of figures a plan.
 //!
-//! `cargo run --release -p plan --example breakwater -- policy=search seeds=3 length=150 blocks=1000`
+//! `cargo run --release -p plan --example planned_breakwater -- policy=search seeds=3 length=150 blocks=1000`
 
 mod span;
 
