@@ -5,6 +5,7 @@
 //! calls stages with the settings it compares, and asks `metrics`.
 
 mod as_built;
+mod back_test;
 mod bin_data;
 mod bin_kept;
 mod bin_parts;
@@ -132,6 +133,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     planning_ratings::EXPERIMENT,
     monitoring::EXPERIMENT,
     as_built::EXPERIMENT,
+    back_test::EXPERIMENT,
 ];
 
 /// The experiment of that name.
