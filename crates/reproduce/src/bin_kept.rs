@@ -21,6 +21,10 @@ pub struct RowResult {
     pub ap50: Option<f64>,
     /// Mean wall time a scene, seconds.
     pub seconds: f64,
+    /// Mean points of a scene.
+    pub points: f64,
+    /// Largest memory a scene took beyond what was held before, MB, where the system tells.
+    pub peak_mb: Option<f64>,
     /// Optimiser steps of its network; 0 without training.
     pub steps: u64,
 }
@@ -29,6 +33,11 @@ impl RowResult {
     /// Share of its instances that are right.
     pub fn precision(&self) -> Option<f64> {
         (self.right + self.wrong > 0).then(|| self.right as f64 / (self.right + self.wrong) as f64)
+    }
+
+    /// Wall time for 100,000 points, seconds.
+    pub fn seconds_for_100_000(&self) -> Option<f64> {
+        (self.points > 0.0).then(|| self.seconds * 1e5 / self.points)
     }
 
     /// Share of the parts asked for that were found.
@@ -112,6 +121,8 @@ mod tests {
         std::fs::write(folder.path().join("fpcc-text.json"), "{\"sett").unwrap();
         assert_eq!(at("b").row("FPCC (text)", || Ok(result.clone())).unwrap(), result);
         assert_eq!(result.precision(), Some(0.75));
+        let timed = RowResult { seconds: 0.5, points: 5e4, ..Default::default() };
+        assert_eq!((timed.seconds_for_100_000(), other.seconds_for_100_000()), (Some(1.0), None));
         assert_eq!((result.recall(), other.recall()), (Some(0.6), None));
     }
 }

@@ -50,13 +50,19 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut table = Table::new(&["pair loss", "P %", "R %", "AP %", "held-out vote error, d_max"]);
     for (name, pair, pair_points) in variants() {
         let loss = LossConfig { pair, pair_points, pair_weight: 1.0, ..Default::default() };
+        let quick = bench.settings.quick;
+        let few = |all: u64| if quick { all.min(2) } else { all };
+        let usual = TrainConfig::default();
         let config = TrainConfig {
             loss,
+            scenes_first: few(usual.scenes_first),
+            validation_scenes: few(usual.validation_scenes),
+            calibration_scenes: few(usual.calibration_scenes),
             steps: bench.settings.steps,
             warmup: (bench.settings.steps / 10).max(1),
             name: format!("ablation, {name}"),
             shapes: lessons.shapes(),
-            ..Default::default()
+            ..usual
         };
         let words: Vec<&str> =
             name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
