@@ -131,3 +131,29 @@ fn experiment(name: &str) -> Result<&'static Experiment> {
         ))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: ReproduceArgs,
+    }
+
+    fn chosen_by(words: &[&str]) -> Result<Vec<&'static Experiment>> {
+        chosen(&Line::parse_from([&["reproduce"], words].concat()).args)
+    }
+
+    #[test]
+    fn data_goes_to_those_that_take_it() {
+        assert_eq!(chosen_by(&["all", "--data", "d"]).unwrap().len(), EXPERIMENTS.len());
+        assert_eq!(chosen_by(&["bin-weights", "--data", "d"]).unwrap().len(), 1);
+        let refused = chosen_by(&["bin-weights", "pose-sites", "--data", "d"]).unwrap_err();
+        assert_eq!(refused.kind(), tsumu::Kind::BadInput);
+        assert!(refused.line().starts_with("--data: pose-sites takes none"), "{}", refused.line());
+        assert!(chosen_by(&["nothing"]).unwrap_err().line().contains("bin-picking"));
+    }
+}

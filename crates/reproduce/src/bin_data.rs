@@ -66,7 +66,9 @@ impl BinData {
         if !PART_M.contains(&model.d_max_m) {
             return Err(wrong(format!(
                 "the part reaches {} m from its middle, {} to {} are expected: its numbers must be metres",
-                model.d_max_m, PART_M.start(), PART_M.end()
+                model.d_max_m,
+                PART_M.start(),
+                PART_M.end()
             )));
         }
         Ok(Some(model))
@@ -154,6 +156,55 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let error = BinData::of(folder.path()).err().unwrap().to_string();
         assert!(error.contains("XA_A.txt") && error.contains("xyjbaal/FPCC"), "{error}");
+    }
+
+    /// A cube of this edge as an STL file's text.
+    fn cube(edge: f32) -> String {
+        let mut text = String::from("solid cube\n");
+        let quads =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let corner = |i: usize| {
+            let at = |bit: usize| if i >> bit & 1 == 1 { edge } else { 0.0 };
+            format!("vertex {} {} {}\n", at(0), at(1), at(2))
+        };
+        for [a, b, c, d] in quads {
+            for face in [[a, b, c], [a, c, d]] {
+                text += "facet normal 0 0 0\nouter loop\n";
+                face.iter().for_each(|&i| text += &corner(i));
+                text += "endloop\nendfacet\n";
+            }
+        }
+        text + "endsolid cube\n"
+    }
+
+    #[test]
+    fn a_mesh_in_millimetres_or_of_nothing_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("IPAGearShaft.stl");
+        let model = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            BinData::of(folder.path()).unwrap().model("gear-shaft")
+        };
+        assert!(model(&cube(0.1)).unwrap().is_some());
+        for text in [&cube(100.0), "solid cube\nendsolid cube\n", ""] {
+            let error = model(text).unwrap_err();
+            assert!(
+                error.is_bad_input() && error.to_string().contains("IPAGearShaft.stl"),
+                "{error}"
+            );
+        }
+        assert!(model(&cube(100.0)).unwrap_err().to_string().contains("metres"));
+    }
+
+    #[test]
+    fn a_scene_without_instances_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        for text in ["0 0 0 0.5 -1\n1 0 0 0.5 -1\n", "0 0 0\n", ""] {
+            std::fs::write(folder.path().join("XA_C.txt"), text).unwrap();
+            let data = BinData::of(folder.path()).unwrap();
+            let error = data.scene("bracket", &Silent).err().unwrap();
+            assert!(error.is_bad_input() && error.to_string().contains("XA_C.txt"), "{error}");
+        }
     }
 
     #[test]

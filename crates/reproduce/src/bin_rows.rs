@@ -245,8 +245,7 @@ impl Trained {
         let (mut seconds, mut points, mut peak) = (0.0, 0, None);
         for scene in scenes {
             let from = (bench.clock)();
-            let (found, bytes) =
-                with_peak(|| self.instances(bench, part, scene, reading, gamma));
+            let (found, bytes) = with_peak(|| self.instances(bench, part, scene, reading, gamma));
             seconds += (bench.clock)() - from;
             points += scene.survey.cloud.len();
             peak = peak.max(bytes);

@@ -131,9 +131,8 @@ fn judged(bench: &Bench, set: &SiteSet, made: &Made) -> Result<RowResult, Reprod
         let from = (bench.clock)();
         let config = SegmentConfig::default();
         let cloud = &scene.survey.cloud;
-        let (found, bytes) = with_peak(|| {
-            segment(cloud, &set.catalog, &made.model, &config, seed, bench.observer)
-        });
+        let (found, bytes) =
+            with_peak(|| segment(cloud, &set.catalog, &made.model, &config, seed, bench.observer));
         peak = peak.max(bytes);
         seconds += (bench.clock)() - from;
         points += cloud.len();
