@@ -61,7 +61,9 @@ impl Sight {
     /// Depth images of the points from far away, one a direction.
     pub fn from_afar(points: &[Vec3], toward: &[Vec3], spacing_m: f32) -> Self {
         let view = |&toward: &Vec3| View::new(points, None, -toward, 1.0, spacing_m);
-        Self { views: if points.is_empty() { Vec::new() } else { toward.iter().map(view).collect() } }
+        Self {
+            views: if points.is_empty() { Vec::new() } else { toward.iter().map(view).collect() },
+        }
     }
 
     /// The verdict of all views on a piece of surface at `p` with outward `normal`; `None` when it faces none.

@@ -250,8 +250,7 @@ impl Case<'_> {
                 self.measured.sight.of_surface(p, n, margin),
                 Some(Seen::Here | Seen::Through)
             );
-            let facing =
-                far.map_or_else(|| n.dot(toward_sensor(p, &sensors)), |far| far.facing(n));
+            let facing = far.map_or_else(|| n.dot(toward_sensor(p, &sensors)), |far| far.facing(n));
             if self.buried(p) {
                 // Two solids cannot share a place: charged like surface that ought to be seen and is not.
                 plain_m2 += area_m2;

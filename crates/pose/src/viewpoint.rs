@@ -40,7 +40,8 @@ impl Viewpoint {
         let step = points.len().div_ceil(POINTS).max(1);
         let sample: Vec<Vec3> = points.iter().copied().step_by(step).collect();
         let pixel_m = pixel_m(spacing_m * (step as f32).sqrt());
-        let look = |toward: Vec3| Look { toward, behind: behind(&sample, toward, pixel_m, d_max_m) };
+        let look =
+            |toward: Vec3| Look { toward, behind: behind(&sample, toward, pixel_m, d_max_m) };
         let above = look(Vec3::Z);
         if above.hidden() < CLEARLY {
             return Self { toward: vec![Vec3::Z], hidden: above.hidden() };
@@ -52,7 +53,8 @@ impl Viewpoint {
         let mut behind_all = best.behind.clone();
         while share(&behind_all) >= SEVERAL && toward.len() < MOST {
             let uncovered = |look: &Look| {
-                let new = look.behind.iter().zip(&behind_all).filter(|(here, all)| **all && !**here);
+                let new =
+                    look.behind.iter().zip(&behind_all).filter(|(here, all)| **all && !**here);
                 new.count() as f32 / sample.len() as f32
             };
             let mut next: Option<(&Look, f32)> = None;
@@ -218,7 +220,8 @@ mod tests {
         let sees = |side: f32| found.toward.iter().any(|toward| side * toward.x > 0.4);
         assert!(sees(1.0) && sees(-1.0) && found.hidden < SEVERAL, "{found:?}");
         let from = found.of_each(&points, 0.05, 1.0);
-        let right = points.iter().zip(&from).filter(|(p, from)| p.x.abs() == 0.5 && p.x * from.x > 0.0);
+        let right =
+            points.iter().zip(&from).filter(|(p, from)| p.x.abs() == 0.5 && p.x * from.x > 0.0);
         assert!(right.count() > 11_000, "of 12,800 points of the wall");
         assert!(found.facing(Vec3::X) > 0.5 && found.facing(Vec3::NEG_Z) < 0.0);
     }
