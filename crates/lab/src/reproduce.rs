@@ -151,9 +151,9 @@ mod tests {
     fn data_goes_to_those_that_take_it() {
         assert_eq!(chosen_by(&["all", "--data", "d"]).unwrap().len(), EXPERIMENTS.len());
         assert_eq!(chosen_by(&["bin-weights", "--data", "d"]).unwrap().len(), 1);
-        let refused = chosen_by(&["bin-weights", "pose-sites", "--data", "d"]).unwrap_err();
+        let refused = chosen_by(&["bin-weights", "pose-sites", "--data", "d"]).err().unwrap();
         assert_eq!(refused.kind(), tsumu::Kind::BadInput);
         assert!(refused.line().starts_with("--data: pose-sites takes none"), "{}", refused.line());
-        assert!(chosen_by(&["nothing"]).unwrap_err().line().contains("bin-picking"));
+        assert!(chosen_by(&["nothing"]).err().unwrap().line().contains("bin-picking"));
     }
 }
