@@ -74,16 +74,16 @@ type Ready = Rc<(Trained, u64)>;
 impl<'a> Bin<'a> {
     fn new(bench: &Bench, part: &'a BinPart, extent: &'a Extent) -> Result<Self, ReproduceError> {
         let folder = bench.folder.join("bin-picking").join(part.name);
-        let mesh = part.catalog.iter().next().map_or(0, |m| m.1.mesh.triangles.len());
-        let settings = format!(
-            "seed {} steps {} scenes {} lessons {} triangles {mesh} {}",
+        let trainings = format!(
+            "seed {} steps {} lessons {} mesh {} {}",
             bench.settings.seed,
             extent.steps,
-            extent.scenes,
             extent.lessons,
+            part.mesh_digits(),
             env!("CARGO_PKG_VERSION")
         );
-        let disk = RowsOnDisk::at(&folder, settings)?;
+        let settings = format!("{trainings} scenes {}", extent.scenes);
+        let disk = RowsOnDisk::at(&folder, settings, trainings)?;
         let (lessons, scenes) = Default::default();
         Ok(Self { part, disk, extent, lessons, scenes, networks: Default::default() })
     }

@@ -1,6 +1,7 @@
 //! Table 2.4: what the valid-distance and the attention matrix of the pair loss are worth. Four trainings that differ in
 //! nothing else, from nothing and equally short; the thesis' clustering judges.
 
+use crate::bin_kept::training_folder;
 use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets};
@@ -64,9 +65,13 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             shapes: lessons.shapes(),
             ..usual
         };
-        let words: Vec<&str> =
-            name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
-        let folder = bench.folder.join("segmentation-loss").join(words.join("-"));
+        let settings = format!(
+            "seed {} steps {} quick {quick} {}",
+            bench.settings.seed,
+            bench.settings.steps,
+            env!("CARGO_PKG_VERSION")
+        );
+        let folder = bench.folder.join("segmentation-loss").join(training_folder(name, &settings));
         let trained =
             train(&source, &config, None, &folder, root.child("network", 0), bench.observer)?;
         if trained.steps < config.steps {

@@ -40,14 +40,15 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let steps =
         if bench.settings.quick { bench.settings.steps.min(10) } else { bench.settings.steps };
     let folder = bench.folder.join("segmentation-networks");
-    let settings = format!(
-        "seed {} steps {steps} scenes {} sets {} {}",
+    let trainings = format!(
+        "seed {} steps {steps} sets {} quick {} {}",
         bench.settings.seed,
-        bench.settings.scenes,
         sets.len(),
+        bench.settings.quick,
         env!("CARGO_PKG_VERSION")
     );
-    let disk = RowsOnDisk::at(&folder, settings)?;
+    let settings = format!("{trainings} scenes {}", bench.settings.scenes);
+    let disk = RowsOnDisk::at(&folder, settings, trainings)?;
     let mut heads = vec!["network".to_string()];
     heads.extend(sets.iter().map(|s| format!("{} P/R %", s.name)));
     heads.extend(["s for 100,000 points", "peak MB", "s a step", "weights MB"].map(String::from));
