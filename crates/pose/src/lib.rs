@@ -15,6 +15,7 @@ mod canonical;
 mod confidence;
 mod error;
 mod evidence;
+mod exchange;
 mod fattening;
 mod features;
 mod finish;

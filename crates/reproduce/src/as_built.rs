@@ -1,6 +1,6 @@
 //! Works against their plan: what a comparison with a later survey says of each planned block.
 
-use crate::monitoring::{datum, kept, recognised, shown};
+use crate::monitoring::{datum, kept, recognised, shown, weights_digits};
 use crate::monitoring_score::{Share, known, median};
 use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
 use geom::{HeightMap, SeedTree};
@@ -72,11 +72,9 @@ impl Case {
         };
         let seed = SeedTree::new(bench.settings.seed).child("works", index);
         let before = set.scene(bench.settings.seed, index)?;
-        let file = |what: &str| {
-            bench
-                .folder
-                .join(format!("works-{}-{}-{index}-{what}.json", set.name, bench.settings.seed))
-        };
+        let weights = weights_digits(&model)?;
+        let key = format!("{}-{}-{index}-{weights}", set.name, bench.settings.seed);
+        let file = |what: &str| bench.folder.join(format!("works-{key}-{what}.json"));
         let found = |what: &str, survey: &Survey| {
             kept(&file(what), || recognised(bench, survey, &catalog, &model))
         };

@@ -64,7 +64,11 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         if bench.observer.cancelled() {
             return Err(ReproduceError::Stopped);
         }
-        let file = bench.folder.join(format!("back-test-{}-{index}.json", bench.settings.seed));
+        let file = bench.folder.join(format!(
+            "back-test-{}-{index}-{}.json",
+            bench.settings.seed,
+            env!("CARGO_PKG_VERSION")
+        ));
         trials.push(kept(&file, || one_trial(bench, set, index))?);
     }
     let mut inside = Share::default();
