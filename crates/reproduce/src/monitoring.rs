@@ -174,10 +174,6 @@ impl EpochPair {
         let earlier = one(format!("{}-{key}.json", self.first), &self.before.survey)?;
         let later = one(format!("{name}-{key}-later.json"), &self.after.scene.survey)?;
         Ok((earlier, later))
-        };
-        let earlier = one(format!("{}-{}.json", self.first, self.key), &self.before.survey)?;
-        let later = one(format!("{name}-{}-later.json", self.key), &self.after.scene.survey)?;
-        Ok((earlier, later))
     }
 }
 
