@@ -353,7 +353,8 @@ const CELL: f32 = 0.08;
 /// Concrete, porosity two ways and packing of the new blocks.
 fn figures(new: &[Body], earlier: &Epoch, comparison: Comparison, catalog: &Catalog) -> AsBuilt {
     let volume = |b: &Body| f64::from(catalog.get(b.model).volume_m3);
-    let concrete_m3: f64 = new.iter().map(volume).sum();
+    // Adding to 0 keeps an empty sum from being −0.
+    let concrete_m3: f64 = 0.0 + new.iter().map(volume).sum::<f64>();
     let mut out = AsBuilt {
         blocks: Vec::new(),
         comparison,

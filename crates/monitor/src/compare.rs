@@ -79,7 +79,9 @@ pub fn compare(
     config: &CompareConfig,
     observer: &dyn Observer,
 ) -> Result<Comparison, MonitorError> {
+    config.check()?;
     check(earlier, later, catalog)?;
+    stable.check(earlier, later)?;
     let frame = Frame::of(earlier, later, catalog);
     let registered = register(&frame, earlier, later, catalog, stable, config)?;
     stop(observer)?;

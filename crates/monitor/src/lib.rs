@@ -15,6 +15,7 @@ mod epoch;
 mod error;
 mod grades;
 mod heights;
+mod limits;
 mod margin;
 mod matching;
 mod motion;
