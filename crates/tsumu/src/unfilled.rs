@@ -28,7 +28,7 @@ pub(crate) fn by_reason(places: &[Unfilled]) -> Vec<UnfilledCount> {
     let of = |reason: UnfilledReason| {
         let own = || places.iter().filter(|u| u.reason == reason);
         UnfilledCount {
-            reason: reason.word().into(),
+            reason,
             places: own().count(),
             void_m3: own().map(|u| u.void_m3).sum(),
         }

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use clap::{Args, CommandFactory};
 use std::path::PathBuf;
-use terminal::Terminal;
+use crate::Terminal;
 use tsumu::Result;
 
 /// Writes tsumu.1, tsumu-run.1, … into a folder.
