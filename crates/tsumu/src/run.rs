@@ -183,6 +183,9 @@ impl Run {
         let mut manifest = Manifest::new(version::STAMP, site.seed, config);
         manifest.inputs = site.inputs.clone();
         manifest.notes.insert("processor".into(), json!(version::processor()));
+        if let Some(file) = version::program_file() {
+            manifest.notes.insert("program_file".into(), json!(file));
+        }
         if let Some(learned) = &site.learned {
             manifest.notes.insert("ratings".into(), json!(learned));
         }

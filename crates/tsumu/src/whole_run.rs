@@ -160,6 +160,5 @@ impl<'a> WholeRun<'a> {
 
 /// What tells this build from another of the same version: the program file's own hash.
 pub(crate) fn this_program() -> String {
-    let entry = std::env::current_exe().ok().and_then(|path| io::manifest::entry(&path).ok());
-    entry.map_or_else(|| version::STAMP.into(), |e| e.blake3)
+    version::program_file().map_or_else(|| version::STAMP.into(), |file| file.blake3.clone())
 }
