@@ -6,6 +6,7 @@
 use crate::acceptance::{Acceptance, Candidate, accept};
 use crate::beside::Rows;
 use crate::evidence::{reach_m, weigh};
+use crate::exchange::exchange;
 use crate::fattening::Fattening;
 use crate::finish::{Accepted, other_type, refine};
 use crate::ground::Ground;
@@ -233,6 +234,8 @@ impl Stage<'_> {
                 }
             }
         }
+        let acceptance =
+            exchange(acceptance, &pool, templates, measured, bed.as_ref(), &config.evidence);
         Ok((acceptance.accepted, bed))
     }
 

@@ -83,7 +83,7 @@ impl Prepared<'_> {
             stated: blocks.iter().filter(|f| f.0.is_stated()).count(),
             size,
             not_a_block: 0,
-            viewpoint: measured.viewpoint,
+            viewpoint: measured.viewpoint.clone(),
         };
         let limbs = self.limbs(found, &blocks);
         let (open, closed) = self.not_judged(found, &blocks, owns);
@@ -107,7 +107,7 @@ impl Prepared<'_> {
             noise_sd_m: measured.noise_sd_m,
             point_area_m2: measured.point_area_m2,
             survey_spacing_m: measured.survey_spacing_m,
-            viewpoint: measured.viewpoint,
+            viewpoint: measured.viewpoint.clone(),
             fattening: found.fattening.clone(),
             typical_m: any.then_some(typical_m),
             explained: any.then_some(explained),

@@ -16,6 +16,7 @@ mod cells;
 mod confidence;
 mod error;
 mod evidence;
+mod exchange;
 mod fattening;
 mod features;
 mod finish;

@@ -7,9 +7,9 @@
 //! spread between blocks is the standard error.
 
 use crate::fit::{CentredPose, FitPoint, agreement};
-use crate::measured::toward_sensor;
+use crate::measured::{facing, to_sensor};
 use crate::sight::{Seen, Sight};
-use crate::viewpoint;
+use crate::viewpoint::Viewpoint;
 use geom::{DistanceField, MeshError, PointGrid, Pose, SeedTree, Vec3, thin_from_lowest};
 use rayon::prelude::*;
 use scene::{BlockModel, Catalog, ModelId, Survey};
@@ -185,16 +185,15 @@ impl Work {
         let position: Vec<Vec3> = kept.iter().map(|&i| all[i as usize]).collect();
         let grid = PointGrid::new(&position, 2.0 * cell_m);
         let spacing_m = spacing_m(&position, &grid, cell_m);
-        let far = if survey.sensor_positions.is_empty() {
-            viewpoint::likeliest(&position, spacing_m, d_max_m).toward
-        } else {
-            Vec3::Z
-        };
-        let toward = |p: Vec3| toward_sensor(p, &survey.sensor_positions, far);
-        let to_sensor: Vec<Vec3> = position.iter().map(|&p| toward(p)).collect();
+        let sensors = &survey.sensor_positions;
+        let far = sensors.is_empty().then(|| Viewpoint::likeliest(&position, spacing_m, d_max_m));
+        let to_sensor = to_sensor(survey, far.as_ref(), &position, spacing_m, d_max_m);
         let radius_m = (2.6 * cell_m.max(spacing_m)).max(3.5 * noise_sd_m).min(0.3 * d_max_m);
-        let normal = geom::normals(&position, radius_m, &toward);
-        let sight = Sight::new(&position, &survey.sensor_positions, far, spacing_m);
+        let normal = facing(geom::normals(&position, radius_m, &|_| Vec3::Z), &to_sensor);
+        let sight = match &far {
+            Some(far) => Sight::from_afar(&position, &far.toward, spacing_m),
+            None => Sight::new(&position, sensors, spacing_m),
+        };
         Self { position, normal, to_sensor, grid, sight, spacing_m }
     }
 

@@ -211,7 +211,13 @@ impl Pooled {
             return Err(Error::bad_input(anyhow!(
                 "{}: no point belongs to an instance (all numbers are {}), so there is nothing to score against",
                 truth_file.display(),
-                if zero_truth == Zero::Instance { "below 0" } else { "0 or below" },
+                if zero_truth == Zero::Instance {
+                    "below 0"
+                } else if truth.cloud.instance.contains(&0) {
+                    "0 or below; if 0 is an instance, say --zero-is-instance truth"
+                } else {
+                    "below 1"
+                },
             )));
         }
         if result.instances() == 0 {

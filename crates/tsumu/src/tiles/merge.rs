@@ -33,7 +33,7 @@ impl TilePlan {
         let mut told = Vec::new();
         let mut pile = PileVerdict {
             size: self.facts().size,
-            viewpoint: self.facts().viewpoint,
+            viewpoint: self.facts().viewpoint.clone(),
             ..PileVerdict::default()
         };
         let (mut standing, mut explained, mut hypotheses) = (0, 0, 0);
