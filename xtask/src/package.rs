@@ -115,7 +115,8 @@ const BETWEEN_FLAGS: &str = "\u{1f}";
 pub fn reproducibly(cargo: &mut Command, tree: &Path, target: &Path) -> Result<Flags> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| std::env::home_dir().map(|home| home.join(".cargo")));
-    let named = [(Some(tree.to_path_buf()), "tsumu"), (Some(target.into()), "built"), (home, "cargo")];
+    let named =
+        [(Some(tree.to_path_buf()), "tsumu"), (Some(target.into()), "built"), (home, "cargo")];
     let mut flags = Flags::default();
     for (folder, name) in named {
         let Some(folder) = folder.and_then(|f| f.canonicalize().ok().or(Some(f))) else { continue };

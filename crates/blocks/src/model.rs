@@ -6,7 +6,7 @@ use crate::{
     BlockError, antifer, bin_parts, dolos, frustum::square_frustum, interlocking, rotation_group,
     tetrapod,
 };
-use geom::{Stage, MeshError, TriMesh, Warning};
+use geom::{MeshError, Stage, TriMesh, Warning};
 use scene::{
     BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape,
     SymmetryGroup, check_name,

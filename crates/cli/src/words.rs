@@ -4,8 +4,8 @@ use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
     BlockFit, Compared, CountRange, LabelScores, NextLift, PlanChoice, PlannedSummary, Preflight,
-    RecogniseSummary, Recognition, Repeatability, Scores, SurveyLook, TypeCount,
-    UnfilledCount, WhatIfRow,
+    RecogniseSummary, Recognition, Repeatability, Scores, SurveyLook, TypeCount, UnfilledCount,
+    WhatIfRow,
 };
 
 fn percent(value: Option<f64>) -> String {

@@ -5,7 +5,7 @@ use crate::input::Input;
 use crate::mesh::extension;
 use crate::tin::Tin;
 use crate::{IoError, Place, dxf, geotiff, landxml};
-use geom::{Stage, Event, Observer};
+use geom::{Event, Observer, Stage};
 use scene::{AxisOrder, DesignSurface};
 use std::path::Path;
 

@@ -6,7 +6,7 @@ use crate::mesh::extension;
 use crate::read_options::{ReadOptions, Reason, describe};
 use crate::thinning::Thinning;
 use crate::{IoError, RawCloud, e57_scan, las, pcd, ply, text_cloud};
-use geom::{Stage, DVec3, Event, Observer};
+use geom::{DVec3, Event, Observer, Stage};
 use std::path::Path;
 
 /// Extensions that can be read.

@@ -3,7 +3,7 @@
 use crate::crs::FileCrs;
 use crate::read_options::LeftOut;
 use crate::{IoError, Place};
-use geom::{Stage, DVec3, Observer, Vec3, Warning};
+use geom::{DVec3, Observer, Stage, Vec3, Warning};
 use std::collections::BTreeMap;
 use std::path::Path;
 

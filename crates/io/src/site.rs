@@ -213,7 +213,10 @@ pub fn mesh_loader_telling<'a>(
                 "{}: the mesh lies far from its origin; it was moved there, and poses are those of the moved mesh (its origin is the file's ({x}, {y}, {z}))",
                 path.display()
             );
-            observer.event(geom::Event::Warned(geom::Warning { stage: geom::Stage::Catalogue, message }));
+            observer.event(geom::Event::Warned(geom::Warning {
+                stage: geom::Stage::Catalogue,
+                message,
+            }));
         }
         Ok(read.mesh)
     }

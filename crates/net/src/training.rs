@@ -10,7 +10,7 @@ use burn::grad_clipping::GradientClippingConfig;
 use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::Device;
-use geom::{Stage, Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 
 /// Steps between two lines of the learning curve.
 const STEPS_A_LINE: u64 = 20;

@@ -4,7 +4,7 @@
 //! lies in a file of its own, so a run that was stopped goes on with the next pile.
 
 use crate::{PlacementError, image::stored_view};
-use geom::{Stage, Event, Observer, Quat, SeedTree, Silent, Vec3};
+use geom::{Event, Observer, Quat, SeedTree, Silent, Stage, Vec3};
 use plan::{DepthView, GenerateConfig, PlanConfig, PlanInput, WindowSample, generate_and_test};
 use scene::{BlockModel, Catalog, DesignSurface, Scene, SiteFrame};
 use serde::{Deserialize, Serialize};

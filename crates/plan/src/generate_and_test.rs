@@ -12,7 +12,7 @@ use crate::{
     trial::Drop,
     windows,
 };
-use geom::{Stage, Observer, Pose, SeedTree, Vec2};
+use geom::{Observer, Pose, SeedTree, Stage, Vec2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

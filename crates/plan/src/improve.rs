@@ -14,7 +14,7 @@ use crate::{
     stack::Stack,
     windows,
 };
-use geom::{Stage, Event, Observer, SeedTree, Vec2};
+use geom::{Event, Observer, SeedTree, Stage, Vec2};
 use rand::{RngExt, seq::SliceRandom};
 use rayon::prelude::*;
 use scene::Placement;

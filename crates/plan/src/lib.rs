@@ -74,7 +74,7 @@ pub use uncertainty::{
 pub use unfilled::{Unfilled, UnfilledReason, unfilled};
 pub use volumes::{OfVolume, plans_over_volumes};
 
-use geom::{Stage, Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use improve::Effort;
 use scene::{Placement, PlacementState, Plan};
 

@@ -5,7 +5,7 @@
 
 use crate::GroundConfig;
 use crate::ground::{Accepted, MOST_CELLS, unexplained};
-use geom::{Stage, Event, HeightMap, Observer, PointCloud, Vec2, Warning};
+use geom::{Event, HeightMap, Observer, PointCloud, Stage, Vec2, Warning};
 use scene::{Catalog, Ground, Recognised};
 
 /// Edge of a cell, in block lengths.

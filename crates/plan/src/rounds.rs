@@ -10,7 +10,7 @@ use crate::{
     trial::Drop,
     windows::{self, Window},
 };
-use geom::{Stage, Event, Observer, Pose, SeedTree, Vec2, Vec3, Warning};
+use geom::{Event, Observer, Pose, SeedTree, Stage, Vec2, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
 

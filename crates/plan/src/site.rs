@@ -10,7 +10,7 @@ use crate::{
     stack::{self, Stack},
     surveyed::{SQUARE, leave_out_unseen},
 };
-use geom::{Stage, HeightMap, Observer, PointCloud, SeedTree, Vec2, Vec3, Warning};
+use geom::{HeightMap, Observer, PointCloud, SeedTree, Stage, Vec2, Vec3, Warning};
 use rand::RngExt;
 use scene::{
     Catalog, DesignSurface, InstanceId, ModelId, PlacedBlock, Placement, PlacementState, Scene,

@@ -1,7 +1,7 @@
 //! How sure the count is: percentiles over seeds and over (v, f), and two formulas to hold against it.
 
 use crate::{PlanConfig, PlanError, PlanInput, plans_over_volumes, site};
-use geom::{Stage, Observer, SeedTree, Silent};
+use geom::{Observer, SeedTree, Silent, Stage};
 use scene::PlanSummary;
 use serde::{Deserialize, Serialize};
 
@@ -144,8 +144,10 @@ pub fn uncertainty(
                     PlanVariant { minimum_volume_m3: v, overflow_m: f, seed: number, summary },
                 ));
             }
-            observer
-                .event(geom::Event::Advanced { stage: Stage::Uncertainty, done: cases.len() as u64 });
+            observer.event(geom::Event::Advanced {
+                stage: Stage::Uncertainty,
+                done: cases.len() as u64,
+            });
         }
     }
     cases.sort_by_key(|(place, _)| *place);

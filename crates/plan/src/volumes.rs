@@ -8,7 +8,7 @@
 use crate::{
     PlanConfig, PlanError, PlanInput, bettered, finished, improve::Effort, rounds, site, summary,
 };
-use geom::{Stage, Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use scene::Plan;
 
 /// The plan of one minimum volume.

@@ -62,4 +62,3 @@ pub use recognise::{
 };
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;
-

@@ -258,13 +258,8 @@ impl Work {
         let d = target.model.d_max_m;
         let sd = noise_sd_m.max(0.3 * target.field.cell_m());
         let mut fine = 2.0 * sd;
-        let mut held = Held {
-            at: start,
-            scale: 1.0,
-            scale_sd: f32::INFINITY,
-            misfit: 0.0,
-            offset_m: 0.0,
-        };
+        let mut held =
+            Held { at: start, scale: 1.0, scale_sd: f32::INFINITY, misfit: 0.0, offset_m: 0.0 };
         let wide = (0.06 * d).max(fine);
         for round in 0..ROUNDS {
             if round == WIDE_ROUNDS {
@@ -385,13 +380,7 @@ impl System {
         Self { a: [[0.0; FREE]; FREE], b: [0.0; FREE], kept: 0.0 }
     }
 
-    fn add_point(
-        &mut self,
-        target: &Target,
-        point: &FitPoint,
-        held: &Held,
-        width: f32,
-    ) {
+    fn add_point(&mut self, target: &Target, point: &FitPoint, held: &Held, width: f32) {
         let x = point.position - held.at.centre;
         let own = held.at.rotation.inverse() * x / held.scale;
         let (d, g) = target.field.at(own + target.model.centre);
@@ -406,15 +395,7 @@ impl System {
 
     /// One observation: the surface at `x` from the centre must move by `d` along `along`.
     #[allow(clippy::too_many_arguments)]
-    fn add(
-        &mut self,
-        target: &Target,
-        x: Vec3,
-        along: Vec3,
-        d: f32,
-        weight: f32,
-        width: f32,
-    ) {
+    fn add(&mut self, target: &Target, x: Vec3, along: Vec3, d: f32, weight: f32, width: f32) {
         let keep = width * width / (width * width + d * d);
         let w = f64::from(weight * keep * keep);
         if w < 1e-6 {
@@ -585,7 +566,11 @@ mod tests {
                 let found = check.factor * factor;
                 assert!((found - 1.0).abs() < 0.01, "{shape:?} × {factor}: {check:?}");
                 // A wrong size is told from a right one by its own standard error.
-                assert_eq!(check.deviation() > WARNED_FROM, factor != 1.0, "{shape:?} × {factor}: {check:?}");
+                assert_eq!(
+                    check.deviation() > WARNED_FROM,
+                    factor != 1.0,
+                    "{shape:?} × {factor}: {check:?}"
+                );
             }
         }
     }

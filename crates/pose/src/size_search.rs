@@ -13,7 +13,7 @@ use crate::search::{Task, propose};
 use crate::size::{Scale, check_sizes};
 use crate::template::{Template, templates};
 use crate::{PoseConfig, PoseError};
-use geom::{Stage, Bounds, Event, Observer, Pose, SeedTree, Vec3};
+use geom::{Bounds, Event, Observer, Pose, SeedTree, Stage, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, ModelId, Survey};
 

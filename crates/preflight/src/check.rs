@@ -3,7 +3,7 @@
 use crate::look::{Placed, SurveyLook, look};
 use crate::overlap::height_step_m;
 use crate::texture::Texture;
-use geom::{Stage, DVec3, Event, Observer, Silent};
+use geom::{DVec3, Event, Observer, Silent, Stage};
 use io::crs::FileCrs;
 use io::design_file::{self, DesignOptions};
 use io::site::Site;

@@ -1,7 +1,7 @@
 //! The page as a whole: what a browser gets, and that nobody can put code into it.
 
 use base64::Engine;
-use geom::{Stage, HeightMap, PointCloud, Pose, Quat, SeedTree, Vec2, Vec3, Warning};
+use geom::{HeightMap, PointCloud, Pose, Quat, SeedTree, Stage, Vec2, Vec3, Warning};
 use report::*;
 use scene::*;
 use std::io::Read;

@@ -1,7 +1,7 @@
 //! A depth camera sees the bin too: its floor and walls, and what lies beyond them, go before the network.
 
 use geom::find_walls;
-use geom::{Stage, Event, Observer, Plane, SeedTree, Vec3, Warning};
+use geom::{Event, Observer, Plane, SeedTree, Stage, Vec3, Warning};
 use scene::{Catalog, Segmentation, SensorKind, Survey};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

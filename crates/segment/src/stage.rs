@@ -12,7 +12,7 @@ use crate::network::Inference;
 use crate::vote_instances::{Pass, by_votes, modes};
 use crate::vote_peaks::Peak;
 use crate::{SegmentError, SegmentModel};
-use geom::{Stage, Event, Observer, PointCloud, SeedTree, Vec3, Warning, thin};
+use geom::{Event, Observer, PointCloud, SeedTree, Stage, Vec3, Warning, thin};
 use rand::RngExt;
 use scene::{Catalog, Segmentation};
 

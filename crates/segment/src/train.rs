@@ -15,7 +15,7 @@ use crate::model::SegmentModel;
 use crate::network::{Design, Inference, NetworkConfig, Weighted};
 use crate::tile::{LabelledScene, Targets};
 use folder::Folder;
-use geom::{Stage, Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use net::prelude::{Device, GradientsParams, Module};
 use net::training::{Part, first_weights};
 use net::{Checkpoint, Processor, Replicas, Schedule, Task, Training};

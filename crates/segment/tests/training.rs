@@ -1,6 +1,6 @@
 //! Training: it learns, it stops and goes on as if it had not stopped, it refuses a folder of another training.
 
-use geom::{Stage, Event, Observer, SeedTree, Silent, Vec3};
+use geom::{Event, Observer, SeedTree, Silent, Stage, Vec3};
 use net::BackboneConfig;
 use rand::RngExt;
 use segment::fpcc::FpccConfig;

@@ -1,7 +1,7 @@
 //! Progress for people (a bar with the time left, after two seconds) and for machines (`--json`).
 
 use crate::{Language, Output, language};
-use geom::{Event, Observer, JobPart, PartState, Stage};
+use geom::{Event, JobPart, Observer, PartState, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use serde_json::json;

@@ -3,7 +3,7 @@
 use crate::block_look::look_closely;
 use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
-use geom::{Stage, Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use preflight::{FirstSite, InitError, Preflight};
 use scene::Severity;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result};
 use anyhow::{Context, anyhow};
-use geom::{Stage, Event, Observer, TriMesh};
+use geom::{Event, Observer, Stage, TriMesh};
 use scene::{BlockModel, Catalog, CatalogSpec};
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -4,7 +4,7 @@ use crate::catalogue::RecipeInputs;
 use crate::error::OrBadInput;
 use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
-use geom::{Stage, Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use io::blocks_csv::{self, BlockRow};
 use io::{RawCloud, atomic, points};
 use rayon::prelude::*;

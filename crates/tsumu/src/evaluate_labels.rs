@@ -6,7 +6,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Job, Result, catalogue, outputs};
 use anyhow::anyhow;
-use geom::{Stage, DVec3, Event, Observer, Warning};
+use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::label_cloud::LabelCloud;
 use metrics::labelled_clouds::{
     Labelled, MatchedLabels, Zero, label_figures, match_labels, tolerance_m,

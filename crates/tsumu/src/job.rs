@@ -2,7 +2,7 @@
 
 use crate::{Error, MemoryLimit, Result};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer, JobPart, PartState, Silent, Warning};
+use geom::{Event, JobPart, Observer, PartState, Silent, Warning};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};

@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Job, Recognition, Result, Site};
 use anyhow::anyhow;
-use geom::{Stage, DVec3, Event, Observer, Pose, Quat, SeedTree, Warning};
+use geom::{DVec3, Event, Observer, Pose, Quat, SeedTree, Stage, Warning};
 use io::as_placed_csv::{self, AsPlacedRow};
 use io::placements_csv::PlacementRow;
 use plan::{Attitude, Next};

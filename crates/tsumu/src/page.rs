@@ -8,7 +8,7 @@ use crate::review::ReviewRecord;
 use crate::summary::{CountRange, PlannedSummary, RecogniseSummary};
 use crate::unfilled::why;
 use crate::{Result, Site, sheet_font};
-use geom::{Stage, DVec3, Vec2, Warning};
+use geom::{DVec3, Stage, Vec2, Warning};
 use io::manifest::Manifest;
 use metrics::Split;
 use report::{

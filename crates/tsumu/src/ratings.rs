@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result, Site, outputs};
 use anyhow::anyhow;
-use geom::{Stage, Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use plan::{Learned, MovedWeight, Opinion, SignWeights, Signs};
 use scene::{Better, BlockRating, Catalog, RatedPlace, Ratings, SIGNS};
 use serde::{Deserialize, Serialize};

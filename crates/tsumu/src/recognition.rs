@@ -104,8 +104,10 @@ impl Site {
     ) -> Result<Recognition> {
         let job = parts.job();
         let recogniser = self.recogniser(chosen, job);
-        let segments = parts.part(JobPart::Segment, || recogniser.foreground_segments(&self.survey))?;
-        let mut found = parts.part(JobPart::Recognise, || recogniser.blocks(&self.survey, segments))?;
+        let segments =
+            parts.part(JobPart::Segment, || recogniser.foreground_segments(&self.survey))?;
+        let mut found =
+            parts.part(JobPart::Recognise, || recogniser.blocks(&self.survey, segments))?;
         let check = || parts.part(JobPart::SelfCheck, || self.self_check(chosen, job));
         let self_check = options.self_check.then(check).transpose()?;
         let review = review::apply(

@@ -7,7 +7,7 @@
 
 use crate::lock::FolderLock;
 use crate::{Error, Job, Result, written};
-use geom::{Event, Observer, JobPart, PartState, Warning};
+use geom::{Event, JobPart, Observer, PartState, Warning};
 use io::IoError;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::error::OrBadInput;
 use crate::review_matching::{self, Change};
-use geom::{Stage, Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::manifest::Manifest;
 use io::review::FILE;
 use report::Text;

@@ -3,7 +3,7 @@
 //! In: decisions with places, the blocks of this run. Out: the blocks as decided, and what each decision changed. A decision belongs to the block
 //! whose centre lies nearest its own, within a quarter of a block.
 
-use geom::{Stage, DVec3, Event, Observer, Pose, Quat, Warning};
+use geom::{DVec3, Event, Observer, Pose, Quat, Stage, Warning};
 use scene::{
     Catalog, Decision, Fit, InstanceId, ModelId, PoseLimits, PosedModel, Recognised, Review,
     ReviewedBlock, SiteFrame, Verdict,

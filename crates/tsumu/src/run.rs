@@ -10,7 +10,7 @@ use crate::run_folder::{RunFolder, SHEETS};
 use crate::written::Written;
 use crate::{Error, Job, Result, Site, outputs, resume, review, settings, stored, version};
 use anyhow::anyhow;
-use geom::{Event, Observer, JobPart, Stage, Warning};
+use geom::{Event, JobPart, Observer, Stage, Warning};
 use io::manifest::{Difference, Manifest, entry, verify};
 use serde_json::json;
 use std::path::{Path, PathBuf};

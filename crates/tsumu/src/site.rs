@@ -8,7 +8,7 @@ use crate::ratings::{self, RatingsRecord};
 use crate::surveys::{self, Clouds, Joined};
 use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::{Stage, Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};

@@ -5,7 +5,7 @@ use crate::local_survey::{RawSurvey, local_survey};
 use crate::own_records::OwnRecords;
 use crate::{Error, Result};
 use anyhow::anyhow;
-use geom::{Stage, DVec3, Event, Observer, Warning};
+use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::crs::FileCrs;
 use io::read_options::{Reason, describe};
 use io::{IoError, RawCloud, ReadOptions};

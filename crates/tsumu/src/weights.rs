@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result};
 use anyhow::{Context, anyhow};
-use geom::{Stage, Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::manifest::{Entry, Manifest};
 use placement::{PlacementError, PlacementModel};
 use plan::{PlanConfig, Policy};

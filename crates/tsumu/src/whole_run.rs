@@ -9,7 +9,7 @@ use crate::written::Written;
 use crate::{
     Job, Result, RunFolder, Site, TileOptions, TilePlan, TileRequest, TiledSite, stored, version,
 };
-use geom::{Event, Observer, JobPart, Stage};
+use geom::{Event, JobPart, Observer, Stage};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

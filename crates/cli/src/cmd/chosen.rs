@@ -3,9 +3,7 @@
 use clap::Args;
 use scene::MemoryBound;
 use std::path::PathBuf;
-use tsumu::{
-    Job, Method, RecogniseOptions, Recognition, Result, Run, RunFolder, Settings, Site,
-};
+use tsumu::{Job, Method, RecogniseOptions, Recognition, Result, Run, RunFolder, Settings, Site};
 
 /// Settings laid over what the site or the method says.
 #[derive(Clone, Debug, Args)]

@@ -7,8 +7,8 @@ use clap::Args;
 use std::path::PathBuf;
 use terminal::Terminal;
 use tsumu::{
-    Error, Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, RunSummary, Site,
-    WholeRun,
+    Error, Job, PlanOptions, RecogniseOptions, RecogniseSummary, Result, RunOptions, RunSummary,
+    Site, WholeRun,
 };
 
 /// Everything for one site: segment, recognise, plan, report.
@@ -80,7 +80,8 @@ pub fn through(site: &Site, whole: WholeRun, bare_ground: bool, terminal: &Termi
     let run = whole.finish(&recognition, planned.as_ref())?;
     run.write_timing(&terminal.timing())?;
     let folder = run.root().to_path_buf();
-    terminal.emit("run", &RunSummary { recognised: &recognised, planned: summary.as_ref(), folder });
+    terminal
+        .emit("run", &RunSummary { recognised: &recognised, planned: summary.as_ref(), folder });
     terminal.say(format!("open {}", run.report().display()));
     if nothing {
         return Err(Error::failed(anyhow!(words::nothing_recognised(&recognised))));

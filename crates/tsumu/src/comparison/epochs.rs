@@ -5,7 +5,7 @@ use crate::recognition::RecogniseOptions;
 use crate::run::Run;
 use crate::{Error, Job, Result, RunFolder, Site, version};
 use anyhow::anyhow;
-use geom::{Stage, Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::manifest::{Entry, Manifest, entry};
 use monitor::Epoch;
 use scene::Recognised;

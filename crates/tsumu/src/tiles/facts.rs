@@ -7,7 +7,7 @@ use super::grid::{Cell, Core, Grid};
 use super::part::{PartReader, PartSurvey};
 use super::scan::Scanned;
 use crate::{Job, Result};
-use geom::{Stage, Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use pipeline::{Config, LineShifts, PileFacts, Recogniser};
 use scene::{Catalog, Survey};
 use segment::SegmentModel;

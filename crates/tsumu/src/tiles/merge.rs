@@ -9,7 +9,7 @@ use super::plan::TilePlan;
 use super::work::{Claim, Done, TileResult};
 use crate::recognition::{Recognition, Segments};
 use crate::{Error, Job, Result, Site, review};
-use geom::{Stage, Event, Observer, Vec3, Warning};
+use geom::{Event, Observer, Stage, Vec3, Warning};
 use pipeline::PileVerdict;
 use scene::{Catalog, Guess, InstanceId, PoseLimits, Recognised, Verdict};
 use std::collections::{BTreeMap, BTreeSet};

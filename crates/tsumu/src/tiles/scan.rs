@@ -9,7 +9,7 @@ use crate::error::OrBadInput;
 use crate::local_survey::{noisiest, round_origin};
 use crate::{Error, Job, Result, surveys};
 use anyhow::anyhow;
-use geom::{Stage, DVec3, Event, Observer, Warning};
+use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::crs::FileCrs;
 use io::read_options::describe;
 use io::{RawCloud, ReadOptions};
