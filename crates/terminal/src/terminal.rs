@@ -44,6 +44,9 @@ impl Terminal {
     /// Installs the Ctrl-C handler: the first press asks the stages to stop, the second ends the program. Watches memory, and
     /// has an abort end with a line.
     pub fn new(output: &Output) -> Self {
+        // First, for the other threads may find no memory to begin with. Without it an abort ends as the system ends it.
+        #[cfg(unix)]
+        let _ = crate::abort::told(output.json);
         let cancel = Cancel::default();
         let asked = cancel.clone();
         // A second handler in one process cannot be: main calls this once.
@@ -53,9 +56,6 @@ impl Terminal {
             }
             to_stderr("stopping after the work in hand; press Ctrl-C again to stop at once");
         });
-        // Without it an abort ends as the system ends it.
-        #[cfg(unix)]
-        let _ = crate::abort::told(output.json);
         let memory = MemoryLimit::default();
         crate::watch::over(memory.clone());
         Self {
