@@ -15,7 +15,7 @@ use crate::recognise::Outcome;
 use crate::search::Task;
 use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
 use crate::verdict::{PileVerdict, is_wrong};
-use crate::{EvidenceConfig, STAGE, thesis};
+use crate::{EvidenceConfig, thesis};
 use geom::{Event, Observer, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{Fit, Guess, InstanceId, Recognised, Verdict};
@@ -31,10 +31,10 @@ impl Prepared<'_> {
     pub fn judge(&self, found: Found, observer: &dyn Observer) -> Outcome {
         let outcome = self.judge_part(&found, &|_| true);
         for message in outcome.pile.warnings() {
-            observer.event(Event::Warned(Warning { stage: STAGE, message }));
+            observer.event(Event::Warned(Warning { stage: geom::Stage::Pose, message }));
         }
         for message in outcome.pile.notes() {
-            observer.event(Event::Noted { stage: STAGE, message });
+            observer.event(Event::Noted { stage: geom::Stage::Pose, message });
         }
         outcome
     }

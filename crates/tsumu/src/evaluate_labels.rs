@@ -6,7 +6,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Job, Result, catalogue, outputs};
 use anyhow::anyhow;
-use geom::{DVec3, Event, Observer, Warning};
+use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::label_cloud::LabelCloud;
 use metrics::labelled_clouds::{
     Labelled, MatchedLabels, Zero, label_figures, match_labels, tolerance_m,
@@ -281,7 +281,7 @@ impl Pooled {
 }
 
 fn warn(job: &Job, message: String) {
-    job.event(Event::Warned(Warning { stage: "read", message }));
+    job.event(Event::Warned(Warning { stage: Stage::Read, message }));
 }
 
 fn zero(is_instance: bool) -> Zero {
