@@ -182,8 +182,7 @@ mod tests {
         set_margins(&mut pairs, &edges, 2, 2);
         assert!(pairs.iter().all(|p| p.margin > 7.0), "{pairs:?}");
         // Two blocks that might have changed places.
-        let edges =
-            [edge(0, 0, -8.0), edge(0, 1, -7.8), edge(1, 1, -8.0), edge(1, 0, -7.9)];
+        let edges = [edge(0, 0, -8.0), edge(0, 1, -7.8), edge(1, 1, -8.0), edge(1, 0, -7.9)];
         let mut pairs = assigned(&edges).unwrap();
         set_margins(&mut pairs, &edges, 2, 2);
         assert!(pairs.iter().all(|p| (p.margin - 0.3).abs() < 1e-6), "{pairs:?}");

@@ -181,11 +181,9 @@ fn verdict(
         Only::Earlier => (Class::Missing, "later"),
         Only::Later => (Class::New, "earlier"),
     };
-    let seen_through =
-        shares.through > config.through && shares.through > 1.5 * shares.covered;
+    let seen_through = shares.through > config.through && shares.through > 1.5 * shares.covered;
     let leaves_no_room = || {
-        shares.through >= config.through_despite_room
-            || room().is_none_or(|r| r >= config.room[0])
+        shares.through >= config.through_despite_room || room().is_none_or(|r| r >= config.room[0])
     };
     let judgeable = shares.seen + shares.through + shares.covered;
     let (class, confidence, note) = if shares.count < config.least_shown {
@@ -212,7 +210,8 @@ fn verdict(
             "its old place is free, but within a move's reach the {epoch} survey leaves room for it unseen"
         );
         (Class::Doubtful, 0.5, note)
-    } else if shares.seen < 0.5 * config.still_there && room().is_some_and(|r| r >= config.room[1]) {
+    } else if shares.seen < 0.5 * config.still_there && room().is_some_and(|r| r >= config.room[1])
+    {
         (gone, 0.9, format!("the {epoch} survey leaves no room for it, there or near"))
     } else if shares.seen >= config.still_there {
         let note =

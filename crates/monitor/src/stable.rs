@@ -1,8 +1,8 @@
 //! The ground that does not move, and the registration on it.
 
-use crate::{Epoch, MonitorError};
 use crate::motion::Motion;
 use crate::registration::{Basis, Patches, Registration, on_ground};
+use crate::{Epoch, MonitorError};
 use geom::{DVec3, Vec3, normals, thin_from_lowest};
 use serde::{Deserialize, Serialize};
 

@@ -208,7 +208,11 @@ fn below(sorted: &[f32], share: f32) -> f32 {
     let Some(t) = STUDENT_90.get((sorted.len()).wrapping_sub(2)) else { return mean };
     let variance = sorted.iter().map(|c| (c - mean).powi(2)).sum::<f32>() / (n - 1.0);
     let reach = t * (variance * (1.0 + 1.0 / n)).sqrt();
-    if share < 0.5 { (mean - reach).max(0.0).min(sorted[0]) } else { (mean + reach).max(sorted[sorted.len() - 1]) }
+    if share < 0.5 {
+        (mean - reach).max(0.0).min(sorted[0])
+    } else {
+        (mean + reach).max(sorted[sorted.len() - 1])
+    }
 }
 
 /// 90 % of Student's t with 1, 2, … degrees of freedom, as far as gaps do not yet serve.
@@ -255,7 +259,9 @@ mod tests {
     fn a_range_of_few_holds_the_next_as_often_as_it_says() {
         use rand_distr::{Distribution, StandardNormal};
         let mut rng = geom::SeedTree::new(1).rng();
-        let mut draw = || 50.0 + 4.0 * <StandardNormal as Distribution<f32>>::sample(&StandardNormal, &mut rng);
+        let mut draw = || {
+            50.0 + 4.0 * <StandardNormal as Distribution<f32>>::sample(&StandardNormal, &mut rng)
+        };
         for n in [3, 5, 9, 10, 20] {
             let inside = |_: &u32| {
                 let mut counts: Vec<f32> = (0..n).map(|_| draw()).collect();

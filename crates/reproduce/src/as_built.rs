@@ -197,9 +197,8 @@ impl Score {
             }
         }
         let came = changes.iter().filter(|c| c.earlier.is_none() && c.later.is_some());
-        let came: Vec<&PlacedBlock> = came
-            .filter_map(|c| blocks.iter().find(|b| Some(b.block) == c.later))
-            .collect();
+        let came: Vec<&PlacedBlock> =
+            came.filter_map(|c| blocks.iter().find(|b| Some(b.block) == c.later)).collect();
         self.new[0] += found.built();
         self.new[1] += came.len();
         let real = Figures::of(case, &came);

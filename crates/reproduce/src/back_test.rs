@@ -101,7 +101,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
 
 /// What the count depends on, one cause at a time.
 fn shares(trials: &[Trial]) -> String {
-    let mut table = Table::new(&["cause", "standard deviation, blocks", "shift of the mean, blocks"]);
+    let mut table =
+        Table::new(&["cause", "standard deviation, blocks", "shift of the mean, blocks"]);
     let within = |of: &dyn Fn(&Trial) -> &Vec<u32>| {
         let one = |t: &Trial| variance(&of(t).iter().map(|c| *c as f32).collect::<Vec<_>>());
         mean(&trials.iter().map(one).collect::<Vec<_>>())
@@ -110,7 +111,11 @@ fn shares(trials: &[Trial]) -> String {
     let shift = |of: &dyn Fn(&Trial) -> f32| mean(&trials.iter().map(of).collect::<Vec<_>>());
     let of_list = |l: &[u32]| mean(&l.iter().map(|c| *c as f32).collect::<Vec<_>>());
     let mut row = |name: &str, variance: f32, shift: f32| {
-        table.row(vec![name.into(), format!("{:.2}", variance.max(0.0).sqrt()), format!("{shift:+.2}")]);
+        table.row(vec![
+            name.into(),
+            format!("{:.2}", variance.max(0.0).sqrt()),
+            format!("{shift:+.2}"),
+        ]);
     };
     row("the planner's own choices", chance, 0.0);
     row(
@@ -121,7 +126,11 @@ fn shares(trials: &[Trial]) -> String {
     // Two plans of one pile differ by chance anyway.
     let seen = |t: &Trial| t.planned as f32 - t.on_truth as f32;
     let recognition: Vec<f32> = trials.iter().map(seen).collect();
-    row("recognition: poses and blocks not judged", variance(&recognition) - 2.0 * chance, mean(&recognition));
+    row(
+        "recognition: poses and blocks not judged",
+        variance(&recognition) - 2.0 * chance,
+        mean(&recognition),
+    );
     let pairs: [(&str, fn(&Trial) -> [u32; 2]); 3] = [
         ("minimum volume v, × 0.8 to × 1.25", |t| t.volume),
         ("overflow f, ± 10 cm", |t| t.overflow),
@@ -165,7 +174,8 @@ fn one_trial(bench: &Bench, set: &SiteSet, trial: u64) -> Result<Trial, Reproduc
     let on = works(&made.survey, &set.catalog, &blocks, &design);
     let (scene, plan) = plan_works(&on, &config, seed, bench.observer)?;
     let range = count_range(&on, &scene, &config, seed, bench.observer)?;
-    let (planned, needed) = (plan.placements.len() as u32, built(bench, set, &made, plan, seed, trial)?);
+    let (planned, needed) =
+        (plan.placements.len() as u32, built(bench, set, &made, plan, seed, trial)?);
     let with = |change: &dyn Fn(&mut PlanConfig)| {
         let mut config = Config::default();
         change(&mut config.plan);

@@ -101,7 +101,10 @@ fn make(folder: &Path, poses: &[Pose], per_m2: f32, seed: u64, job: &Job) -> Out
     let (points, instance) = surveyed(poses, &catalog, per_m2, seed);
     let position = points.iter().map(|p| p.as_dvec3() + CORNER).collect();
     let crs = Some("EPSG:6679".into());
-    io::las::write_cloud(&folder.join("survey.laz"), &RawCloud { position, crs, ..RawCloud::default() })?;
+    io::las::write_cloud(
+        &folder.join("survey.laz"),
+        &RawCloud { position, crs, ..RawCloud::default() },
+    )?;
     let site = Site::load(folder, job)?;
     let found = recognition(&site, poses, instance, seed);
     let run = folder.join("run");

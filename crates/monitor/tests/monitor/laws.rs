@@ -124,7 +124,8 @@ fn blocks_go_and_come_whatever_their_shape() {
 #[test]
 fn a_step_of_the_datum_is_recovered_while_most_blocks_stay() {
     let catalog = tetrapods();
-    let steps = [Vec3::new(0.0, 0.0, 0.05), Vec3::new(0.03, -0.04, 0.0), Vec3::new(-0.03, 0.02, -0.035)];
+    let steps =
+        [Vec3::new(0.0, 0.0, 0.05), Vec3::new(0.03, -0.04, 0.0), Vec3::new(-0.03, 0.02, -0.035)];
     for (k, step) in steps.into_iter().enumerate() {
         for together in [false] {
             let seed = 300 + k as u64;
@@ -134,7 +135,8 @@ fn a_step_of_the_datum_is_recovered_while_most_blocks_stay() {
                 .iter()
                 .enumerate()
                 .map(|(i, pose)| {
-                    let mut about = |reach: f32| rand::RngExt::random_range(&mut rng, -reach..reach);
+                    let mut about =
+                        |reach: f32| rand::RngExt::random_range(&mut rng, -reach..reach);
                     let own = Vec3::new(about(0.4), about(0.4), about(0.2));
                     let by = match (i % 5 < 2, together) {
                         (false, _) => Vec3::ZERO,
