@@ -74,7 +74,7 @@ impl EpochRun {
                 "{name}: {BLOCKS} is not the one that the run wrote; its {} blocks are taken as corrected by hand",
                 recognition.blocks.len()
             );
-            job.event(Event::Warned(Warning { stage: "compare", message }));
+            job.event(Event::Warned(Warning { stage: Stage::Compare, message }));
         }
         Ok(Self {
             site,
