@@ -51,7 +51,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let disk = RowsOnDisk::at(&folder, settings, trainings)?;
     let mut heads = vec!["network".to_string()];
     heads.extend(sets.iter().map(|s| format!("{} P/R %", s.name)));
-    heads.extend(["s for 100,000 points", "peak MB", "s a step", "weights MB"].map(String::from));
+    heads.extend(["s for 100,000 points", "peak MB", "training s", "weights MB"].map(String::from));
     let mut table = Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for (name, network) in networks() {
         let made = trained(bench, sets, name, network, steps, &disk)?;
@@ -68,13 +68,14 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         let bytes = made.model.to_bytes()?.len();
         cells.push(format!("{:.2}", seconds * 1e5 / points.max(1.0)));
         cells.push(peak.map_or("–".into(), |mb| format!("{mb:.0}")));
-        cells.push(format!("{:.2}", made.training_s / steps.max(1) as f64));
+        cells.push(format!("{:.0}", made.training_s));
         cells.push(format!("{:.1}", bytes as f64 / 1e6));
         table.row(cells);
     }
     Ok(format!(
         "{steps} steps of two tiles of 2048 points each, from nothing, on scenes of all sets in turn; instances by votes of four passes. \
-         Seconds are those of the whole stage, memory the most that a scene took beyond what was held before. A training that was stopped states only the time of its last part.\n\n{}",
+         Seconds are those of the whole stage, memory the most that a scene took beyond what was held before. *Training* holds the making of its scenes and the fit of its confidence; of one that was \
+         stopped, only its last part.\n\n{}",
         table.finish()
     ))
 }
