@@ -168,7 +168,8 @@ pub fn uncertainty(
     cases.sort_by_key(|(place, _)| *place);
     let cases: Vec<PlanVariant> = cases.into_iter().map(|(_, case)| case).collect();
     observer.event(geom::Event::Finished { stage: Stage::Uncertainty });
-    let by_thresholds = cases.chunks(study.seeds as usize).map(of_thresholds).collect();
+    let by_thresholds: Vec<ThresholdRange> =
+        cases.chunks(study.seeds as usize).map(of_thresholds).collect();
     let median = median_case(&cases).summary;
     // With several types: of the mean block of the median plan.
     let volume_m3 = match prepared.types.len() > 1 && median.blocks > 0 {
@@ -180,7 +181,7 @@ pub fn uncertainty(
     let layers = (depth_m / (study.layer_coefficient * volume_m3.cbrt())).round();
     let phi = layers * study.layer_coefficient * solid;
     Ok(Uncertainty {
-        blocks: percentiles(&cases),
+        blocks: within(percentiles(&cases), &by_thresholds),
         by_thresholds,
         by_layers: phi * median.area_m2 * volume_m3.powf(-2.0 / 3.0),
         by_volume: median.void_before_m3 * solid / volume_m3,
@@ -194,6 +195,16 @@ fn percentiles(cases: &[PlanVariant]) -> Percentiles {
     let mut counts: Vec<f32> = cases.iter().map(|c| c.built as f32).collect();
     counts.sort_by(f32::total_cmp);
     Percentiles { p10: below(&counts, 0.1), p50: at(&counts, 0.5), p90: below(&counts, 0.9) }
+}
+
+/// Over all (v, f) nothing lies beyond what the outermost of them allows: thresholds are choices, and spread like no chance does.
+fn within(all: Percentiles, by_thresholds: &[ThresholdRange]) -> Percentiles {
+    let of = |f: fn(&Percentiles) -> f32| by_thresholds.iter().map(move |t| f(&t.blocks));
+    Percentiles {
+        p10: all.p10.max(of(|p| p.p10).fold(f32::INFINITY, f32::min)).min(all.p50),
+        p50: all.p50,
+        p90: all.p90.min(of(|p| p.p90).fold(f32::NEG_INFINITY, f32::max)).max(all.p50),
+    }
 }
 
 /// Below what the count of one more such works lies with this probability. Of few works the smallest and the largest seen say too
