@@ -127,35 +127,23 @@ fn a_step_of_the_datum_is_recovered_while_most_blocks_stay() {
     let steps =
         [Vec3::new(0.0, 0.0, 0.05), Vec3::new(0.03, -0.04, 0.0), Vec3::new(-0.03, 0.02, -0.035)];
     for (k, step) in steps.into_iter().enumerate() {
-        for together in [false] {
-            let seed = 300 + k as u64;
-            let poses = pile(&catalog, 60, seed);
-            let mut rng = geom::SeedTree::new(seed).child("moves", 0).rng();
-            let later: Vec<Pose> = poses
-                .iter()
-                .enumerate()
-                .map(|(i, pose)| {
-                    let mut about =
-                        |reach: f32| rand::RngExt::random_range(&mut rng, -reach..reach);
-                    let own = Vec3::new(about(0.4), about(0.4), about(0.2));
-                    let by = match (i % 5 < 2, together) {
-                        (false, _) => Vec3::ZERO,
-                        (true, true) => Vec3::new(0.0, 0.03, -0.08),
-                        (true, false) => own,
-                    };
-                    Pose::from_parts(pose.translation + by + step, pose.rotation)
-                })
-                .collect();
-            let (s1, s2) = (
-                survey(&catalog, &poses, poses.len(), seed),
-                survey(&catalog, &later, later.len(), seed + 1),
-            );
-            let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, seed) };
-            let b = Epoch { survey: &s2, blocks: seen(&catalog, &later, seed + 1) };
-            let found = run(&a, &b, &catalog);
-            let left = found.reference.motion.shift().as_vec3() + step;
-            assert!(left.length() < 0.005, "{step} together {together}: {left} is left");
-        }
+        let seed = 300 + k as u64;
+        let poses = pile(&catalog, 60, seed);
+        let mut rng = geom::SeedTree::new(seed).child("moves", 0).rng();
+        let moved = |(i, pose): (usize, &Pose)| {
+            let mut about = |reach: f32| rand::RngExt::random_range(&mut rng, -reach..reach);
+            let own = Vec3::new(about(0.4), about(0.4), about(0.2));
+            let by = if i % 5 < 2 { own } else { Vec3::ZERO };
+            Pose::from_parts(pose.translation + by + step, pose.rotation)
+        };
+        let later: Vec<Pose> = poses.iter().enumerate().map(moved).collect();
+        let s1 = survey(&catalog, &poses, poses.len(), seed);
+        let s2 = survey(&catalog, &later, later.len(), seed + 1);
+        let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, seed) };
+        let b = Epoch { survey: &s2, blocks: seen(&catalog, &later, seed + 1) };
+        let found = run(&a, &b, &catalog);
+        let left = found.reference.motion.shift().as_vec3() + step;
+        assert!(left.length() < 0.005, "{step}: {left} is left");
     }
 }
 
