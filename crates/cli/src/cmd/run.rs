@@ -93,8 +93,7 @@ impl RunArgs {
 /// Runs every stage and writes every file.
 pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let options = args.options();
-    tsumu::check_first(&args.site, job)?;
-    let site = Site::load_with(&args.site, &args.settings(), job)?;
+    let site = Site::load_checked(&args.site, &args.settings(), job)?;
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
     let whole = WholeRun::begin(&site, &out, &options, job)?;
     through(&site, whole, args.bare_ground, terminal)

@@ -1,6 +1,7 @@
 //! Hostile folders: a site and a run of it, one file damaged at a time, through everything that reads them. A named error or a
 //! result; never a panic. `TSUMU_MUTANTS=20000` for hours of it.
 
+mod before;
 #[path = "../../../io/tests/hostile/damage.rs"]
 mod damage;
 
@@ -181,8 +182,7 @@ fn no_damage_of_a_site_ends_in_a_panic() {
         fs::write(&path, &mutant).unwrap();
         told.hear(&format!("mutant {i} of {}", name.display()), || {
             let job = Job::silent();
-            tsumu::check_first(site_folder.path(), &job)?;
-            let site = Site::load_with(site_folder.path(), &settings, &job)?;
+            let site = Site::load_checked(site_folder.path(), &settings, &job)?;
             // A damaged survey is recognised like any other; every eighth to its end.
             if i % 8 == 0 {
                 let out = tempfile::tempdir().unwrap();
