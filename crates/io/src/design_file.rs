@@ -5,7 +5,7 @@ use crate::input::Input;
 use crate::mesh::extension;
 use crate::tin::Tin;
 use crate::{IoError, Place, dxf, geotiff, landxml};
-use geom::{Event, Observer};
+use geom::{Event, Observer, Stage};
 use scene::{AxisOrder, DesignSurface};
 use std::path::Path;
 
@@ -65,14 +65,14 @@ pub fn read_with(
     let name = path.display();
     read.surface.check().map_err(|e| IoError::malformed(path, Place::File, e.to_string()))?;
     for note in &read.notes {
-        observer.event(Event::Noted { stage: "read", message: format!("{name}: {note}") });
+        observer.event(Event::Noted { stage: Stage::Read, message: format!("{name}: {note}") });
     }
     let [low, high] = read.surface.extent();
     let message = format!(
         "{name}: design from ({:.1}, {:.1}) to ({:.1}, {:.1})",
         low[0], low[1], high[0], high[1]
     );
-    observer.event(Event::Noted { stage: "read", message });
+    observer.event(Event::Noted { stage: Stage::Read, message });
     Ok(read)
 }
 

@@ -6,7 +6,7 @@ use crate::mesh::extension;
 use crate::read_options::{ReadOptions, Reason, describe};
 use crate::thinning::Thinning;
 use crate::{IoError, RawCloud, e57_scan, las, pcd, ply, text_cloud};
-use geom::{DVec3, Event, Observer};
+use geom::{DVec3, Event, Observer, Stage};
 use std::path::Path;
 
 /// Extensions that can be read.
@@ -79,7 +79,7 @@ pub fn read_thinned_with(
     let cloud = thinning.finish();
     let message =
         format!("{}: {seen} points, {} after thinning to {cell_m} m", path.display(), cloud.len());
-    observer.event(Event::Noted { stage: "read", message });
+    observer.event(Event::Noted { stage: Stage::Read, message });
     finish(path, cloud, meta, options, observer)
 }
 
@@ -233,7 +233,7 @@ fn finish(
     }
     for note in &cloud.notes {
         let message = format!("{}: {note}", path.display());
-        observer.event(Event::Noted { stage: "read", message });
+        observer.event(Event::Noted { stage: Stage::Read, message });
     }
     Ok(cloud)
 }
@@ -248,7 +248,7 @@ fn leave_out_strays(path: &Path, cloud: &mut RawCloud, observer: &dyn Observer) 
     let kept: Vec<usize> = (0..cloud.len()).filter(|i| next.next_if_eq(i).is_none()).collect();
     *cloud = cloud.select(&kept);
     let message = format!("{}: left out {}", path.display(), strays.describe());
-    observer.event(Event::Warned(geom::Warning { stage: "read", message }));
+    observer.event(Event::Warned(geom::Warning { stage: Stage::Read, message }));
 }
 
 /// Heights in another unit than metres, or counted downwards, become heights in metres where the file says so.

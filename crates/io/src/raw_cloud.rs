@@ -3,7 +3,7 @@
 use crate::crs::FileCrs;
 use crate::read_options::LeftOut;
 use crate::{IoError, Place};
-use geom::{DVec3, Observer, Vec3, Warning};
+use geom::{DVec3, Observer, Stage, Vec3, Warning};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -137,7 +137,7 @@ impl RawCloud {
         let loss_mm = self.rounding_m() * 1000.0;
         if loss_mm >= 0.5 {
             observer.event(geom::Event::Warned(Warning {
-                stage: "read",
+                stage: Stage::Read,
                 message: format!(
                     "{}: coordinates this large, stored as 32-bit floats, are off by up to {loss_mm:.1} mm; export the cloud with double coordinates, or as LAS/LAZ",
                     path.display()
@@ -203,7 +203,7 @@ impl RawCloud {
         // In a file of millimetres a step of 1 is fine.
         if step >= COARSE && step < extent && extent < 1e5 * step {
             observer.event(geom::Event::Warned(Warning {
-                stage: "read",
+                stage: Stage::Read,
                 message: format!(
                     "{}: coordinates are stored in steps of {step} (half of that is lost at each point); export the cloud with millimetres",
                     path.display()

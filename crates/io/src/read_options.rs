@@ -11,7 +11,7 @@ pub struct ReadOptions {
     pub labels: bool,
     /// Points far from all others are left out.
     pub without_strays: bool,
-    /// What −1 in a column of instances is read as. Without: 0 in a column `label`, refused in a column `instance`.
+    /// What −1 in a column of instances is read as; the largest number stands for every number below 0. Without: 0 in a column `label`, refused in a column `instance`.
     pub minus_one: Option<u32>,
     /// A table of places in plan: heights are not needed, and not read.
     pub plane: bool,

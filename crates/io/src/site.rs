@@ -178,6 +178,8 @@ pub fn find(file: &Path, key: &str, target: &Path) -> Result<PathBuf, IoError> {
     let drive = text.as_bytes().get(1) == Some(&b':') && text.as_bytes()[0].is_ascii_alphabetic();
     let why = if path.is_dir() {
         "it is a folder; name the file in it".to_string()
+    } else if path.exists() {
+        "it is a pipe or a device; write it to an ordinary file first".into()
     } else if cfg!(not(windows)) && drive {
         "a path with a drive letter is known on Windows alone; write where the file is on this machine".into()
     } else if cfg!(not(windows)) && text.contains('\\') {
@@ -219,7 +221,10 @@ pub fn mesh_loader_telling<'a>(
                 "{}: the mesh lies far from its origin; it was moved there, and poses are those of the moved mesh (its origin is the file's ({x}, {y}, {z}))",
                 path.display()
             );
-            observer.event(geom::Event::Warned(geom::Warning { stage: "catalog", message }));
+            observer.event(geom::Event::Warned(geom::Warning {
+                stage: geom::Stage::Catalogue,
+                message,
+            }));
         }
         Ok(read.mesh)
     }

@@ -74,7 +74,7 @@ pub use uncertainty::{
 pub use unfilled::{Unfilled, UnfilledReason, unfilled};
 pub use volumes::{OfVolume, plans_over_volumes};
 
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use improve::Effort;
 use scene::{Placement, PlacementState, Plan};
 
@@ -108,7 +108,7 @@ pub fn replan(
     let effort = Effort::of(&site.main().settings, fixed);
     let (stack, tried) = bettered((&site, input), stack, tried, &effort, seed, observer)?;
     let plan = finished(&site, &stack, &before, tried);
-    observer.event(Event::Finished { stage: "plan" });
+    observer.event(Event::Finished { stage: Stage::Plan });
     Ok(plan)
 }
 

@@ -10,7 +10,7 @@ use crate::{
     trial::Drop,
     windows::{self, Window},
 };
-use geom::{Event, Observer, Pose, SeedTree, Vec2, Vec3, Warning};
+use geom::{Event, Observer, Pose, SeedTree, Stage, Vec2, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
 
@@ -53,7 +53,7 @@ pub(crate) fn fill(
 ) -> Result<Filled, PlanError> {
     let void_m3 = windows::void_m3(&stack.surface, &stack.design);
     let expected = void_m3 * 0.5 / stack.catalog.get(site.main().model).volume_m3;
-    observer.event(Event::Started { stage: "plan", total: expected.ceil() as u64 });
+    observer.event(Event::Started { stage: Stage::Plan, total: expected.ceil() as u64 });
     let mut filling = Filling::new(site, stack);
     for round in 1..=site.main().settings.rounds {
         let mut windows = 0;
@@ -64,7 +64,7 @@ pub(crate) fn fill(
         if windows == 0 {
             if round == 1 {
                 let message = nothing_to_do(stack, site.types.last().unwrap_or(site.main()));
-                observer.event(Event::Warned(Warning { stage: "plan", message }));
+                observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
             }
             break;
         }
@@ -140,7 +140,7 @@ impl<'s, 'a> Filling<'s, 'a> {
                 self.serve(stack, scale, round, &windows, now, seed);
                 left = later;
             }
-            observer.event(Event::Advanced { stage: "plan", done: self.kept });
+            observer.event(Event::Advanced { stage: Stage::Plan, done: self.kept });
         }
         Ok(windows.len())
     }
@@ -231,7 +231,7 @@ impl<'s, 'a> Filling<'s, 'a> {
             return;
         }
         let warn = |message: String| {
-            observer.event(Event::Warned(Warning { stage: "plan", message }));
+            observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
         };
         for (t, kind) in self.site.types.iter().enumerate() {
             let name = &stack.catalog.get(kind.model).name;

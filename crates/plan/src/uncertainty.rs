@@ -1,7 +1,7 @@
 //! How sure the count is: percentiles over seeds and over (v, f), and two formulas to hold against it.
 
 use crate::{PlanConfig, PlanError, PlanInput, plans_over_volumes, site};
-use geom::{Observer, SeedTree, Silent};
+use geom::{Observer, SeedTree, Silent, Stage};
 use scene::PlanSummary;
 use serde::{Deserialize, Serialize};
 
@@ -121,7 +121,7 @@ pub fn uncertainty(
     let volumes = or_own(&study.minimum_volume_m3, settings.minimum_volume_m3);
     let overflows = or_own(&study.overflow_m, settings.overflow_m);
     let total = volumes.len() * overflows.len() * study.seeds as usize;
-    observer.event(geom::Event::Started { stage: "uncertainty", total: total as u64 });
+    observer.event(geom::Event::Started { stage: Stage::Uncertainty, total: total as u64 });
     let mut cases: Vec<(usize, PlanVariant)> = Vec::with_capacity(total);
     for (row, &f) in overflows.iter().enumerate() {
         let varied = PlanConfig { overflow_m: Some(f), ..config.clone() };
@@ -144,13 +144,15 @@ pub fn uncertainty(
                     PlanVariant { minimum_volume_m3: v, overflow_m: f, seed: number, summary },
                 ));
             }
-            observer
-                .event(geom::Event::Advanced { stage: "uncertainty", done: cases.len() as u64 });
+            observer.event(geom::Event::Advanced {
+                stage: Stage::Uncertainty,
+                done: cases.len() as u64,
+            });
         }
     }
     cases.sort_by_key(|(place, _)| *place);
     let cases: Vec<PlanVariant> = cases.into_iter().map(|(_, case)| case).collect();
-    observer.event(geom::Event::Finished { stage: "uncertainty" });
+    observer.event(geom::Event::Finished { stage: Stage::Uncertainty });
     let by_thresholds = cases.chunks(study.seeds as usize).map(of_thresholds).collect();
     let median = median_case(&cases).summary;
     // With several types: of the mean block of the median plan.

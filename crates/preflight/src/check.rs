@@ -3,7 +3,7 @@
 use crate::look::{Placed, SurveyLook, look};
 use crate::overlap::height_step_m;
 use crate::texture::Texture;
-use geom::{DVec3, Event, Observer, Silent};
+use geom::{DVec3, Event, Observer, Silent, Stage};
 use io::crs::FileCrs;
 use io::design_file::{self, DesignOptions};
 use io::site::Site;
@@ -122,7 +122,7 @@ pub fn check(folder: &Path, observer: &dyn Observer) -> Preflight {
             let mut looked = |i: usize| {
                 let (spec, file) = (&site.spec.survey[i], &site.survey_files[i]);
                 let message = format!("looking at {}", file.display());
-                observer.event(Event::Noted { stage: "check", message });
+                observer.event(Event::Noted { stage: Stage::Check, message });
                 let offset_m = spec.vertical_offset_m.unwrap_or(0.0);
                 let options = ReadOptions::of_survey(spec);
                 let (axis_order, area) = (site.spec.axis_order, site.spec.area.as_ref());

@@ -2,7 +2,7 @@
 //! the count holds what was really needed.
 
 use crate::markdown::percent;
-use crate::monitoring::{datum, kept, recognised, shown};
+use crate::monitoring::{datum, kept, recognised, shown, weights_digits};
 use crate::monitoring_score::{Share, known, median};
 use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
 use geom::SeedTree;
@@ -76,11 +76,9 @@ impl Case {
         };
         let seed = SeedTree::new(bench.settings.seed).child("works", index);
         let before = set.scene(bench.settings.seed, index)?;
-        let file = |what: &str| {
-            bench
-                .folder
-                .join(format!("works-{}-{}-{index}-{what}.json", set.name, bench.settings.seed))
-        };
+        let weights = weights_digits(&model)?;
+        let key = format!("{}-{}-{index}-{weights}", set.name, bench.settings.seed);
+        let file = |what: &str| bench.folder.join(format!("works-{key}-{what}.json"));
         let found = |what: &str, survey: &Survey| {
             kept(&file(what), || recognised(bench, survey, &catalog, &model))
         };
@@ -219,7 +217,11 @@ fn back_test(bench: &Bench, set: &SiteSet) -> Result<String, ReproduceError> {
         if bench.observer.cancelled() {
             return Err(ReproduceError::Stopped);
         }
-        let file = bench.folder.join(format!("back-test-{}-{trial}.json", bench.settings.seed));
+        let file = bench.folder.join(format!(
+            "back-test-{}-{trial}-{}.json",
+            bench.settings.seed,
+            env!("CARGO_PKG_VERSION")
+        ));
         let [p10, p90, planned, built] = kept(&file, || one_trial(bench, set, trial))?;
         inside.count((p10..=p90).contains(&built));
         announced.push(f64::from(planned));

@@ -15,6 +15,7 @@ mod error;
 mod markdown;
 mod monitoring;
 mod monitoring_score;
+mod peak_memory;
 mod placement_ambiguity;
 mod placement_network;
 mod planning_limit;
@@ -134,6 +135,24 @@ pub const EXPERIMENTS: &[Experiment] = &[
     as_built::EXPERIMENT,
 ];
 
+/// Experiments that take parts and scenes of others.
+const TAKE_DATA: [&str; 2] = ["bin-picking", "bin-weights"];
+
+impl Experiment {
+    /// Whether it takes parts and scenes of others.
+    pub fn takes_data(&self) -> bool {
+        TAKE_DATA.contains(&self.name)
+    }
+
+    /// The complaint where a folder of them is given to one that takes none.
+    pub fn refuse_data(&self) -> Result<(), ReproduceError> {
+        if self.takes_data() {
+            return Ok(());
+        }
+        Err(ReproduceError::NoData { experiment: self.name, takers: TAKE_DATA.join(" and ") })
+    }
+}
+
 /// The experiment of that name.
 pub fn find(name: &str) -> Option<&'static Experiment> {
     EXPERIMENTS.iter().find(|e| e.name == name)
@@ -181,5 +200,8 @@ mod tests {
             assert_eq!(find(e.name).unwrap().about, e.about);
         }
         assert!(find("nothing").is_none());
+        assert!(TAKE_DATA.iter().all(|name| find(name).unwrap().refuse_data().is_ok()));
+        let refused = find("pose-sites").unwrap().refuse_data().unwrap_err();
+        assert!(refused.is_bad_input() && refused.to_string().contains("bin-weights"), "{refused}");
     }
 }

@@ -1,5 +1,6 @@
 //! Detection of what happened to each block between two surveys, against the truth of synthetic storms.
 
+use crate::bin_kept::digits;
 use crate::monitoring_score::{Score, WRONG_HEAD};
 use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
 use geom::{SeedTree, Vec3};
@@ -136,8 +137,9 @@ impl EpochPair {
             None => SegmentModel::shipped(&self.catalog)?,
         };
         let name = name.replace(", ", "-").replace(' ', "-").to_lowercase();
+        let weights = weights_digits(&model)?;
         let one = |epoch: &str, survey: &Survey| {
-            let file = bench.folder.join(format!("{name}-{}-{epoch}.json", self.key));
+            let file = bench.folder.join(format!("{name}-{}-{weights}-{epoch}.json", self.key));
             kept(&file, || recognised(bench, survey, &self.catalog, &model))
         };
         Ok((one("earlier", &self.before.survey)?, one("later", &self.after.scene.survey)?))
@@ -171,6 +173,12 @@ pub(crate) fn recognised(
     let (config, seed) = (Config::default(), SeedTree::new(bench.settings.seed).child("run", 0));
     let recogniser = Recogniser { catalog, model, config: &config, seed, observer: bench.observer };
     Ok(recogniser.recognise(survey)?.blocks)
+}
+
+/// Eight digits that stand for weights and program: what they made is not taken for the work of others.
+pub(crate) fn weights_digits(model: &SegmentModel) -> Result<String, ReproduceError> {
+    let of = [&model.to_bytes()?[..], env!("CARGO_PKG_VERSION").as_bytes()].concat();
+    Ok(digits(&of))
 }
 
 /// What an earlier run of the experiment left, or made now and left for the next.

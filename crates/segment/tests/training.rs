@@ -1,6 +1,6 @@
 //! Training: it learns, it stops and goes on as if it had not stopped, it refuses a folder of another training.
 
-use geom::{Event, Observer, SeedTree, Silent, Vec3};
+use geom::{Event, Observer, SeedTree, Silent, Stage, Vec3};
 use net::BackboneConfig;
 use rand::RngExt;
 use segment::fpcc::FpccConfig;
@@ -74,7 +74,7 @@ struct StopAfter {
 
 impl Observer for StopAfter {
     fn event(&self, event: Event) {
-        if let Event::Advanced { stage: "train", done } = event {
+        if let Event::Advanced { stage: Stage::Train, done } = event {
             self.done.store(done, Ordering::Relaxed);
         }
     }
@@ -126,6 +126,40 @@ fn a_stopped_training_goes_on_as_if_it_had_not_stopped() {
         once.model.to_bytes().unwrap() == second.model.to_bytes().unwrap(),
         "the weights differ"
     );
+}
+
+/// Every file of a folder by its name.
+fn files(folder: &Path) -> std::collections::BTreeMap<String, Vec<u8>> {
+    let inside = |name: &str| {
+        let all = std::fs::read_dir(folder.join(name)).unwrap().map(|e| e.unwrap().path());
+        let files = all.filter(|path| path.is_file()).collect::<Vec<_>>();
+        files.into_iter().map(|p| (p.display().to_string(), std::fs::read(&p).unwrap()))
+    };
+    let short = |(name, bytes): (String, Vec<u8>)| {
+        (name.trim_start_matches(&folder.display().to_string()).to_string(), bytes)
+    };
+    inside("").chain(inside("checkpoint")).map(short).collect()
+}
+
+/// Checkpoints, too: what a training left can be held against what somebody else's left.
+#[test]
+fn the_same_training_leaves_the_same_bytes() {
+    let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
+    let trained = |seed: u64| {
+        let folder = tempfile::tempdir().unwrap();
+        train(&balls, &small(7), None, folder.path(), SeedTree::new(seed), &Silent).unwrap();
+        files(folder.path())
+    };
+    let (once, again, other) = (trained(3), trained(3), trained(4));
+    let names: Vec<&String> = once.keys().collect();
+    assert!(names.iter().any(|n| n.ends_with("network.bpk")) && names.len() >= 6, "{names:?}");
+    assert_eq!(names, again.keys().collect::<Vec<_>>());
+    let differ = |b: &std::collections::BTreeMap<String, Vec<u8>>| {
+        once.iter().filter(|(n, bytes)| b[*n] != **bytes).map(|f| f.0.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(differ(&again), Vec::<String>::new());
+    // Another seed is another training.
+    assert!(differ(&other).iter().any(|n| n.ends_with("model.safetensors")));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::block_look::look_closely;
 use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use pipeline::sizes::WARNED_FROM;
 use preflight::{FirstSite, InitError, Preflight};
 use scene::Severity;
@@ -37,7 +37,7 @@ pub(crate) fn tell(found: &Preflight, job: &Job) -> Result<()> {
     // A site that goes on to be read warns of some itself.
     for doubt in doubts.filter(|c| cannot.is_some() || !SAID_WHEN_READ.contains(&c.code)) {
         let message = doubt.to_string();
-        job.event(Event::Warned(Warning { stage: "check", message }));
+        job.event(Event::Warned(Warning { stage: Stage::Check, message }));
     }
     cannot.map_or(Ok(()), Err)
 }

@@ -9,7 +9,7 @@ use crate::ratings::{self, RatingsRecord};
 use crate::surveys::{self, Clouds, Joined};
 use crate::{Error, Job, Recognition, Result, Settings, catalogue, settings};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::crs::FileCrs;
 use io::design_file::DesignOptions;
 use io::manifest::{Entry, entry, portable};
@@ -71,7 +71,7 @@ fn tell_departures(config: &Config, job: &Job) -> Result<()> {
     let departures = settings::departures(config)?;
     if !departures.is_empty() {
         let message = format!("not as the method has it: {}", departures.join(", "));
-        job.event(Event::Warned(Warning { stage: "read", message }));
+        job.event(Event::Warned(Warning { stage: Stage::Read, message }));
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use crate::local_survey::{RawSurvey, local_survey};
 use crate::own_records::OwnRecords;
 use crate::{Error, Result};
 use anyhow::anyhow;
-use geom::{DVec3, Event, Observer, Warning};
+use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::crs::FileCrs;
 use io::read_options::{Reason, describe};
 use io::{IoError, RawCloud, ReadOptions};
@@ -90,7 +90,7 @@ pub(crate) fn agree(
     let all = io::crs::disagreements(site_crs, references);
     for doubt in all.iter().filter(|c| c.severity == Severity::Warning) {
         let message = doubt.to_string();
-        observer.event(Event::Warned(Warning { stage: "read", message }));
+        observer.event(Event::Warned(Warning { stage: Stage::Read, message }));
     }
     let refusals = all.iter().filter(|c| c.severity == Severity::Refusal);
     Error::of_lines(refusals.map(ToString::to_string).collect()).map_or(Ok(()), Err)
@@ -190,7 +190,7 @@ fn cloud(
     let points = describe(&marked);
     if !points.is_empty() {
         let message = format!("{}: left out {points}", file.display());
-        observer.event(Event::Warned(Warning { stage: "read", message }));
+        observer.event(Event::Warned(Warning { stage: Stage::Read, message }));
     }
     Ok(cloud)
 }
@@ -232,7 +232,7 @@ fn part(
         other => other.or_bad_input()?,
     };
     let message = format!("{}: {} points in the area", file.display(), cloud.len());
-    observer.event(Event::Noted { stage: "read", message });
+    observer.event(Event::Noted { stage: Stage::Read, message });
     Ok(cloud)
 }
 

@@ -7,7 +7,7 @@ pub(crate) use relabel::relabel;
 
 use crate::crs;
 use crate::input::Input;
-use crate::ply::{label, not_a_label};
+use crate::ply::{instance_number, not_a_label};
 use crate::raw_cloud::RawCloud;
 use crate::read_options::{ByClass, LeaveOut, ReadOptions};
 use crate::sensor_place::Station;
@@ -298,9 +298,9 @@ impl Collector {
         }
         if let (Some(field), Some(column)) = (&self.instance, &mut self.batch.instance) {
             let v = value(field);
-            let none = self.minus_one.filter(|_| v == -1.0);
-            let id = none.or_else(|| label(v, u32::MAX));
-            column.push(id.ok_or_else(|| input.malformed(at, not_a_label("label", v)))?);
+            let id = instance_number(v, self.minus_one);
+            let wrong = || input.malformed(at, not_a_label("label", v, u32::MAX));
+            column.push(id.ok_or_else(wrong)?);
         }
         if self.batch.len() == BATCH { self.hand_on(sink) } else { Ok(()) }
     }

@@ -202,13 +202,12 @@ impl Columns {
     ) -> Result<(), IoError> {
         cloud.position.push(DVec3::from_array(self.xyz.map(&value)));
         if let (Some(i), Some(column)) = (self.instance, cloud.instance.as_mut()) {
-            let none = self.minus_one.filter(|_| value(i) == -1.0);
-            let id = none.or_else(|| label(value(i), u32::MAX));
-            column.push(id.ok_or_else(|| fail(not_a_label("instance", value(i))))?);
+            let id = instance_number(value(i), self.minus_one);
+            column.push(id.ok_or_else(|| fail(not_a_label("instance", value(i), u32::MAX)))?);
         }
         if let (Some(i), Some(column)) = (self.model, cloud.model.as_mut()) {
             let wide = label(value(i), u32::from(u16::MAX))
-                .ok_or_else(|| fail(not_a_label("model", value(i))))?;
+                .ok_or_else(|| fail(not_a_label("model", value(i), u16::MAX.into())))?;
             column.push(wide as u16);
         }
         if let (Some(i), Some(column)) = (self.confidence, cloud.confidence.as_mut()) {
@@ -230,8 +229,15 @@ pub(crate) fn label(value: f64, largest: u32) -> Option<u32> {
     (value >= 0.0 && value <= f64::from(largest) && value.fract() == 0.0).then_some(value as u32)
 }
 
-pub(crate) fn not_a_label(column: &str, value: f64) -> String {
-    format!("`{column}` = {value} is not a whole number from 0 (0 means none)")
+/// The number of an instance. −1 is read as `none`, where that is said; so is every other whole number below 0 where none is told
+/// from 0 (by the largest number).
+pub(crate) fn instance_number(value: f64, none: Option<u32>) -> Option<u32> {
+    let below_0 = none == Some(u32::MAX) && value < 0.0 && value.fract() == 0.0;
+    none.filter(|_| value == -1.0 || below_0).or_else(|| label(value, u32::MAX))
+}
+
+pub(crate) fn not_a_label(column: &str, value: f64, largest: u32) -> String {
+    format!("`{column}` = {value} is not a whole number from 0 to {largest} (0 means none)")
 }
 
 fn of_header(header: &Header) -> FileCrs {

@@ -6,7 +6,7 @@ mod layout;
 
 use crate::crs::{self, FileCrs};
 use crate::input::Input;
-use crate::ply::{label, not_a_label};
+use crate::ply::{instance_number, label, not_a_label};
 use crate::raw_cloud::RawCloud;
 use crate::read_options::{ByClass, ReadOptions};
 use crate::text_lines::TextLines;
@@ -310,14 +310,14 @@ fn push(
     batch.position.push(p);
     if let (Some(i), Some(column)) = (columns.instance, &mut batch.instance) {
         let v = number("instance", i)?;
-        let none = columns.minus_one.filter(|_| v == -1.0);
-        let id = none.or_else(|| label(v, u32::MAX));
-        column.push(id.ok_or_else(|| input.malformed(at, not_a_label("instance", v)))?);
+        let id = instance_number(v, columns.minus_one);
+        let wrong = || input.malformed(at, not_a_label("instance", v, u32::MAX));
+        column.push(id.ok_or_else(wrong)?);
     }
     if let (Some(i), Some(column)) = (columns.model, &mut batch.model) {
         let v = number("model", i)?;
         let wide = label(v, u16::MAX.into())
-            .ok_or_else(|| input.malformed(at, not_a_label("model", v)))?;
+            .ok_or_else(|| input.malformed(at, not_a_label("model", v, u16::MAX.into())))?;
         column.push(wide as u16);
     }
     if let (Some(i), Some(column)) = (columns.confidence, &mut batch.confidence) {

@@ -5,7 +5,7 @@ use crate::recognition::RecogniseOptions;
 use crate::run::Run;
 use crate::{Error, Job, Result, RunFolder, Site, version};
 use anyhow::anyhow;
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::manifest::{Entry, Manifest, entry};
 use monitor::Epoch;
 use scene::Recognised;
@@ -60,7 +60,7 @@ impl EpochRun {
                 manifest.version,
                 version::STAMP
             );
-            job.event(Event::Warned(Warning { stage: "compare", message }));
+            job.event(Event::Warned(Warning { stage: Stage::Compare, message }));
         }
         let Run { recognition, planned, .. } = Run::open(run.root(), &site)?;
         Ok(Self {
