@@ -148,10 +148,13 @@ class Sweep:
         folder, log = self.fresh(begun), os.path.join(self.work, "trial.log")
         code, said = call(self.strace(folder, name, inject, log))
         with open(log) as file:
-            happened = any("INJECTED" in line or "killed by SIGKILL" in line for line in file)
+            lines = file.readlines()
+        happened = any("INJECTED" in line or "killed by SIGKILL" in line for line in lines)
+        # Threads are counted apart: the line itself may be the n-th write of the thread that says it.
+        unheard = any(" write(2, " in line and "INJECTED" in line for line in lines)
         # What fails while the system loads the program ends it before its first line.
         early = name in ("mmap", "mprotect", "openat", "read") and int(inject.split("when=")[1]) <= self.loader_calls
-        faults = self.faults_of(folder, code, said, killed=early or "signal=KILL" in inject)
+        faults = self.faults_of(folder, code, said, killed=early or "signal=KILL" in inject, unheard=unheard)
         again, then = call(self.run_in(folder))
         after = bytes_below(folder)
         if again != 0:
@@ -163,12 +166,12 @@ class Sweep:
         last = re.sub(r"/[^ ]*/", "", (said.strip().splitlines() or [""])[-1])
         return {"happened": happened, "code": code, "said": last[:160], "faults": faults}
 
-    def faults_of(self, folder, code, said, killed):
+    def faults_of(self, folder, code, said, killed, unheard):
         faults = []
         if not killed:
             if code not in (0, 1, 2):
                 faults.append(f"status {code}: {said.strip()[-200:]}")
-            elif code != 0 and not any(line.startswith("tsumu: ") for line in said.splitlines()):
+            elif code != 0 and not unheard and not any(line.startswith("tsumu: ") for line in said.splitlines()):
                 faults.append(f"no line of its own: {said.strip()[-200:]}")
         if not os.path.isdir(folder):
             return faults + (["status 0 and no run"] if code == 0 and not killed else [])
