@@ -8,6 +8,7 @@ mod acceptance;
 mod assortment;
 mod attitudes;
 mod batches;
+mod built;
 mod choices;
 mod config;
 mod crane;
@@ -46,6 +47,7 @@ mod volumes;
 pub mod windows;
 
 pub use assortment::{BlockChoice, ZoneConfig};
+pub use built::BuildingConfig;
 pub use choices::{Aim, choices};
 pub use config::{Inside, NetworkConfig, PlanConfig, Policy, RandomConfig, SearchConfig, Settings};
 pub use crane::CraneConfig;

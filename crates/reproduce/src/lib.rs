@@ -5,6 +5,7 @@
 //! calls stages with the settings it compares, and asks `metrics`.
 
 mod as_built;
+mod back_test;
 mod bin_data;
 mod bin_kept;
 mod bin_parts;
@@ -133,6 +134,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     planning_ratings::EXPERIMENT,
     monitoring::EXPERIMENT,
     as_built::EXPERIMENT,
+    back_test::EXPERIMENT,
 ];
 
 /// Experiments that take parts and scenes of others.
