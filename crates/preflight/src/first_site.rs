@@ -63,6 +63,10 @@ pub fn first_site(
         return Err(InitError::Refused(refusal.to_string()));
     }
     let crs = looks.iter().find_map(|l| l.reference.epsg());
+    // A text may call a plane system by the code of another kind.
+    if let Some(code) = &crs {
+        io::crs::site_code(code).map_err(InitError::Refused)?;
+    }
     let mut to_check = Vec::new();
     let site_toml = site_text(surveys, &looks, crs.as_deref(), folder, &mut to_check);
     let catalog_toml = catalog_text(block, &quoted(block));

@@ -68,9 +68,8 @@ fn look(folder: &Path, survey: &Path) -> tsumu::Result<()> {
     let first = tempfile::tempdir().unwrap();
     let made = tsumu::init(&[survey.to_path_buf()], Some("tetrapod 5t"), first.path(), &job);
     if made.is_ok() {
-        // What it writes is a site.
-        io::site::load(first.path())
-            .unwrap_or_else(|e| panic!("a first site that cannot be loaded: {e}"));
+        // What it writes is a site, or says what is wrong with its survey.
+        io::site::load(first.path()).map_err(tsumu::Error::bad_input)?;
     }
     match tsumu::cannot(&found) {
         Some(error) => Err(error),
