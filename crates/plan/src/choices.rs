@@ -8,7 +8,7 @@ use crate::{
     site, summary,
 };
 use geom::{Observer, SeedTree};
-use scene::{Placement, Plan};
+use scene::Plan;
 
 /// What a plan is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

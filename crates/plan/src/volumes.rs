@@ -38,8 +38,8 @@ pub fn plans_over_volumes(
         let config = PlanConfig { minimum_volume_m3: Some(volumes_m3[first]), ..config.clone() };
         let mut site = site::prepare(input, &config, seed, observer)?;
         let before = summary::before(&site.stack(input));
-        let first = first_blocks(&mut site, input, &Plan::default(), seed, observer)?;
-        let mut stack = site.stack_with(input, &first);
+        let reset = first_blocks(&mut site, input, &Plan::default(), seed, observer)?;
+        let mut stack = site.stack_with(input, &reset);
         let filled = rounds::fill(&site, &mut stack, seed, observer)?;
         // Windows of several scales see each other's blocks, and improving sees everything.
         let settings = &site.main().settings;
@@ -55,11 +55,11 @@ pub fn plans_over_volumes(
             let minimum_volume_m3 = volumes_m3[i];
             let larger = filled.tried.iter().filter(|(_, d)| !one_scale || *d > minimum_volume_m3);
             let tried: Vec<_> =
-                first.iter().cloned().chain(larger.map(|(p, _)| p.clone())).collect();
+                reset.iter().cloned().chain(larger.map(|(p, _)| p.clone())).collect();
             let plan = match one_scale {
                 true => finished(&site, &stack, &before, tried),
                 false => {
-                    let effort = Effort::of(&site.main().settings, first.len());
+                    let effort = Effort::of(&site.main().settings, reset.len());
                     let from = site.stack_with(input, &tried);
                     let (stack, tried) =
                         bettered((&site, input), from, tried, &effort, seed, observer)?;
