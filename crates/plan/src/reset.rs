@@ -142,12 +142,12 @@ fn without<'s>(
 /// Why a block cannot be lifted.
 fn held(site: &Site, input: &PlanInput, done: &[Placement], block: &PlacedBlock) -> Option<Held> {
     let stack = without(site, input, done, block.block);
-    let found = acceptance::impact(&stack, block.model, &block.site_from_block);
-    if found.wedged > site.main().settings.wedge_limit {
-        return Some(Held::Under);
-    }
     let carried = carried(site, input, &stack, block);
-    (!carried.is_empty()).then_some(Held::Carries(carried))
+    if !carried.is_empty() {
+        return Some(Held::Carries(carried));
+    }
+    let found = acceptance::impact(&stack, block.model, &block.site_from_block);
+    (found.wedged > site.main().settings.wedge_limit).then_some(Held::Under)
 }
 
 /// The neighbours that move when a block is gone, but would not beside it: recognised poses are centimetres off, and some settle anyway.
