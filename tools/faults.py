@@ -2,6 +2,10 @@
 """The n-th call of the system fails, for all n, on a tiny site: writes, flushes, renames, opens, memory, and kills.
 
     python3 tools/faults.py PROGRAM OUT [--every K] [--calls fsync,mmap] [--kills N]
+    python3 tools/faults.py --table OUT
+
+Every place is tried: those up to the end of recognition in a fresh folder, those after it in a folder whose run was killed there,
+where two thirds of the work need not be done again. With --every K each K-th of them.
 
 After each failure: the program ended with status 0, 1 or 2 and a line; every file in its place has the bytes of an undisturbed
 run; `verify` and `report` do not take an unfinished run for a whole one; the same command again ends in the same bytes. Needs
@@ -55,7 +59,9 @@ CALLS = {
     "unlinkat": "EIO", "getdents64": "EIO", "flock": "ENOLCK", "mmap": "ENOMEM", "mprotect": "ENOMEM", "read": "EIO",
 }
 # Thousands of reads are of the same file: these many of them.
-MOST = {"read": 200}
+MOST = {"read": 100}
+# So many places more are tried in a fresh folder than a run that goes on leaves out.
+OVERLAP = 4
 
 
 def bytes_below(folder):
@@ -90,10 +96,26 @@ class Sweep:
         if code != 0:
             sys.exit(f"the undisturbed run ends with {code}: {said}")
         self.reference = bytes_below(self.whole)
+        self.kill_after_recognition()
         self.loader_calls = self.count("mmap", ["-E", "LD_TRACE_LOADED_OBJECTS=1"])
 
-    def fresh(self):
-        return os.path.join(tempfile.mkdtemp(dir=self.work), "run")
+    def fresh(self, begun=False):
+        """A folder for a run: none yet, or that of a run killed when its blocks were recognised."""
+        folder = os.path.join(tempfile.mkdtemp(dir=self.work), "run")
+        if begun:
+            shutil.copytree(self.begun, folder)
+        return folder
+
+    def kill_after_recognition(self):
+        self.begun = self.fresh()
+        running = subprocess.Popen(self.run_in(self.begun), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while not os.path.exists(f"{self.begun}/.tsumu-resume/recognise"):
+            if running.poll() is not None:
+                sys.exit("the run ended before it could be killed")
+        running.kill()
+        running.wait()
+        if os.path.exists(f"{self.begun}/manifest.json"):
+            sys.exit("the run was whole before it could be killed")
 
     def run_in(self, folder):
         return [self.program, "run", self.site, "--out", folder, *FLAGS]
@@ -104,23 +126,35 @@ class Sweep:
         return ["strace", "-f", *quick, "-qq", "-o", log, "-e", f"trace={trace}", "-e", f"inject={trace}:{inject}",
                 *self.run_in(folder)]
 
-    def count(self, name, before=()):
+    def count(self, name, before=(), begun=False):
         """Calls of the thread that makes most of them: strace counts each thread's own."""
-        log = os.path.join(self.work, "count.log")
-        subprocess.run(["strace", *before, "-f", "-qq", "-o", log, "-e", f"trace={name}", *self.run_in(self.fresh())],
-                       check=True, stdout=subprocess.DEVNULL)
-        with open(log) as file:
-            threads = collections.Counter(line.split(None, 1)[0] for line in file if f" {name}(" in line)
-        return max(threads.values(), default=0)
+        return self.counts([name], before, begun)[name]
 
-    def trial(self, name, inject):
-        folder, log = self.fresh(), os.path.join(self.work, "trial.log")
+    def counts(self, names, before=(), begun=False):
+        """The same of several calls, by one run."""
+        log = os.path.join(self.work, "count.log")
+        subprocess.run(["strace", *before, "-f", "-qq", "-o", log, "-e", f"trace={','.join(names)}",
+                        *self.run_in(self.fresh(begun))], check=True, stdout=subprocess.DEVNULL)
+        threads = {name: collections.Counter() for name in names}
+        with open(log) as file:
+            for line in file:
+                thread, said = line.split(None, 1)
+                name = said.split("(", 1)[0]
+                if name in threads:
+                    threads[name][thread] += 1
+        return {name: max(found.values(), default=0) for name, found in threads.items()}
+
+    def trial(self, name, inject, begun=False):
+        folder, log = self.fresh(begun), os.path.join(self.work, "trial.log")
         code, said = call(self.strace(folder, name, inject, log))
         with open(log) as file:
-            happened = any("INJECTED" in line or "killed by SIGKILL" in line for line in file)
-        # What fails while the system loads the program ends it before its first line.
-        early = name in ("mmap", "mprotect", "openat", "read") and int(inject.split("when=")[1]) <= self.loader_calls
-        faults = self.faults_of(folder, code, said, killed=early or "signal=KILL" in inject)
+            lines = file.readlines()
+        happened = any("INJECTED" in line or "killed by SIGKILL" in line for line in lines)
+        # Threads are counted apart: the line itself may be the n-th write of the thread that says it.
+        unheard = any(" write(2, " in line and "INJECTED" in line for line in lines)
+        # What fails while the system loads the program, or the language's runtime gets ready, ends it before its first line.
+        early = "fatal runtime error: initialization" in said or name in ("mmap", "mprotect", "openat", "read") and int(inject.split("when=")[1]) <= self.loader_calls
+        faults = self.faults_of(folder, code, said, killed=early or "signal=KILL" in inject, unheard=unheard)
         again, then = call(self.run_in(folder))
         after = bytes_below(folder)
         if again != 0:
@@ -132,12 +166,12 @@ class Sweep:
         last = re.sub(r"/[^ ]*/", "", (said.strip().splitlines() or [""])[-1])
         return {"happened": happened, "code": code, "said": last[:160], "faults": faults}
 
-    def faults_of(self, folder, code, said, killed):
+    def faults_of(self, folder, code, said, killed, unheard):
         faults = []
         if not killed:
             if code not in (0, 1, 2):
                 faults.append(f"status {code}: {said.strip()[-200:]}")
-            elif code != 0 and not any(line.startswith("tsumu: ") for line in said.splitlines()):
+            elif code != 0 and not unheard and not any(line.startswith("tsumu: ") for line in said.splitlines()):
                 faults.append(f"no line of its own: {said.strip()[-200:]}")
         if not os.path.isdir(folder):
             return faults + (["status 0 and no run"] if code == 0 and not killed else [])
@@ -157,38 +191,49 @@ class Sweep:
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
-    parser.add_argument("out")
+    parser.add_argument("out", nargs="?")
+    parser.add_argument("--table", action="store_true", help="only the table of the trials kept in the file named")
     parser.add_argument("--every", type=int, default=1, help="every K-th place, from a place that differs between the calls")
     parser.add_argument("--calls", default=",".join(CALLS))
     parser.add_argument("--kills", type=int, default=0, help="SIGKILL at so many random calls of the system")
     options = parser.parse_args()
+    out = options.program if options.table else options.out
+    if not out:
+        parser.error("which file keeps the trials?")
     done = {}
-    if os.path.exists(options.out):
-        with open(options.out) as file:
-            done = {(t["call"], t["n"]): t for t in map(json.loads, file)}
+    if os.path.exists(out):
+        with open(out) as file:
+            done = {(t["call"], t["n"], t.get("begun", False)): t for t in map(json.loads, file)}
+    if options.table:
+        return table(done.values())
     with tempfile.TemporaryDirectory() as work:
         sweep = Sweep(options.program, work)
         plan = []
-        for name in filter(None, options.calls.split(",")):
-            count = sweep.count(name)
-            step = max(options.every, -(-count // MOST.get(name, count or 1)))
-            first = 1 + len(plan) % step
-            plan += [(name, n, f"error={CALLS[name]}:when={n}") for n in range(first, count + 1, step)]
+        names = list(filter(None, options.calls.split(",")))
+        whole = sweep.counts(names)
+        rest = sweep.counts(names, begun=True)
+        for name in names:
+            # What a run does first, it does when it goes on, too.
+            first_part = min(whole[name], max(0, whole[name] - rest[name]) + OVERLAP)
+            for begun, count in ((False, first_part), (True, rest[name])):
+                step = max(options.every, -(-count // MOST.get(name, count or 1)))
+                first = 1 + len(plan) % step
+                plan += [(name, n, begun, f"error={CALLS[name]}:when={n}") for n in range(first, count + 1, step)]
         draw = random.Random(22)
-        places = {name: sweep.count(name) for name in ("openat", "fsync", "write", "madvise")} if options.kills else {}
+        places = sweep.counts(["openat", "fsync", "write", "madvise"]) if options.kills else {}
         for i in range(options.kills):
             name = draw.choice(sorted(places))
             n = draw.randint(1, max(1, places[name]))
-            plan.append((f"kill at {name}", n, f"signal=KILL:when={n}"))
-        for name, n, inject in plan:
-            if (name, n) in done:
+            plan.append((f"kill at {name}", n, False, f"signal=KILL:when={n}"))
+        for name, n, begun, inject in plan:
+            if (name, n, begun) in done:
                 continue
-            trial = {"call": name, "n": n, **sweep.trial(name.removeprefix("kill at "), inject)}
-            done[name, n] = trial
-            with open(options.out, "a") as file:
+            trial = {"call": name, "n": n, "begun": begun, **sweep.trial(name.removeprefix("kill at "), inject, begun)}
+            done[name, n, begun] = trial
+            with open(out, "a") as file:
                 file.write(json.dumps(trial) + "\n")
             for fault in trial["faults"]:
-                print(f"{name} {n}: {fault}", flush=True)
+                print(f"{name} {n}{' of a run that goes on' * begun}: {fault}", flush=True)
     return table(done.values())
 
 

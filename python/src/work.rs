@@ -2,7 +2,7 @@
 //! calls back and looks for Ctrl-C.
 
 use crate::errors::{of_class, raised};
-use geom::{Event, Observer};
+use geom::{Event, Observer, Stage};
 use pyo3::prelude::*;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -34,7 +34,7 @@ impl Asked {
 
 /// What the worker says.
 pub struct Said {
-    stage: &'static str,
+    stage: Stage,
     done: Option<u64>,
     total: Option<u64>,
 }
@@ -149,7 +149,7 @@ pub fn listen(
                 match progress.filter(|_| raised.is_ok() && !too_soon) {
                     Some(call) => {
                         last = Some(Instant::now());
-                        call.call1(py, (said.stage, said.done, said.total)).map(|_| ())
+                        call.call1(py, (said.stage.word(), said.done, said.total)).map(|_| ())
                     }
                     None => Ok(()),
                 }

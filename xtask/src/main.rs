@@ -1,13 +1,15 @@
-//! `cargo xtask check | bench | fit | release`: the project's own chores, in the language of the project.
+//! `cargo xtask check | bench | fit | fuzz | reproducible | package | release`: the project's own chores, in the language of the project.
 
 mod bench;
 mod check;
 mod citations;
 mod deb;
 mod fit;
+mod fuzz;
 mod package;
 mod process;
 mod release;
+mod reproducible;
 mod trust;
 
 use anyhow::{Result, bail};
@@ -23,6 +25,10 @@ cargo xtask bench sites OUT [--scenes N] [--seed SEED] [--white-noise]
 cargo xtask bench trust OUT [--seeds S,…] [--only CONDITION,…] [--shapes SHAPE,…] [--data DIR] [--check]
                                          recognition on piles of another engine, in bins and on real clouds
 cargo xtask fit [NAME [OUT]]             fits a fitted vector anew; without a name, what there is to fit
+cargo xtask fuzz [TARGET SECONDS [FOLDER]]
+                                         libFuzzer over readers, sites and runs; without a target, which there are
+cargo xtask reproducible [--profile P] [PACKAGE PROGRAM]
+                                         the program built twice at two places: the same bytes
 cargo xtask package [--profile P] [TARGET...]
                                          archives, Debian package, components, notes and checksums of this tree
 cargo xtask release [--dry-run | TARGET...]
@@ -50,6 +56,8 @@ fn run(args: &[String]) -> Result<ExitCode> {
         ["check", rest @ ..] => return check::check(rest),
         ["bench", rest @ ..] => bench::bench(rest)?,
         ["fit", rest @ ..] => fit::fit(rest)?,
+        ["fuzz", rest @ ..] => fuzz::fuzz(rest)?,
+        ["reproducible", rest @ ..] => reproducible::reproducible(rest)?,
         ["package", rest @ ..] => package::package(rest, &release::version()?)?,
         ["release", rest @ ..] => release::release(rest)?,
         [] | ["--help" | "-h" | "help"] => println!("{USAGE}"),

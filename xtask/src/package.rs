@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use zip::write::SimpleFileOptions;
 
 /// Completions by shell, and where a system looks for them.
@@ -72,7 +73,7 @@ pub fn pack(wanted: &Wanted) -> Result<PathBuf> {
     Ok(folder)
 }
 
-fn host() -> Result<String> {
+pub fn host() -> Result<String> {
     let said = output(command("rustc", ["-vV"]))?;
     let line = said.lines().find_map(|l| l.strip_prefix("host: "));
     Ok(line.context("rustc does not name its host")?.to_string())
@@ -84,16 +85,52 @@ fn build(wanted: &Wanted, target: Option<&str>) -> Result<PathBuf> {
         vec!["build", "--profile", wanted.profile, "--locked", "-p", "tsumu-cli", "--bin", "tsumu"];
     args.extend(target.iter().flat_map(|t| ["--target", t]));
     let mut cargo = cargo(&args);
+    let mut flags = reproducibly(&mut cargo, &root(), &built())?;
     if target.is_some_and(|t| t.ends_with("windows-gnu")) {
         // mimalloc stamps its build; a warning in this compiler.
-        cargo.env("CFLAGS_x86_64_pc_windows_gnu", "-Wno-error=date-time");
+        flags.c.push("-Wno-error=date-time".into());
+        cargo.env("CFLAGS_x86_64_pc_windows_gnu", flags.c.join(" "));
         // One file that needs no other: the compiler's own libraries go in.
-        cargo.env("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUSTFLAGS", "-C target-feature=+crt-static");
+        flags.rust.push("-Ctarget-feature=+crt-static".into());
+        cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.rust.join(BETWEEN_FLAGS));
     }
     done(cargo)?;
     let windows = target.map_or(cfg!(windows), |t| t.contains("windows"));
     let folder = target.map_or(built(), |t| built().join(t)).join(wanted.profile);
     Ok(folder.join(if windows { "tsumu.exe" } else { "tsumu" }))
+}
+
+/// Flags of the compilers of a build.
+#[derive(Default)]
+pub struct Flags {
+    rust: Vec<String>,
+    c: Vec<String>,
+}
+
+/// What stands between flags that may hold blanks.
+const BETWEEN_FLAGS: &str = "\u{1f}";
+
+/// Has a build forget where and when it is made: no name of a folder of this machine goes into the program, and its parts in C
+/// bear the commit's time. The same commit and compilers then give the same bytes (`cargo xtask reproducible`).
+pub fn reproducibly(cargo: &mut Command, tree: &Path, target: &Path) -> Result<Flags> {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::home_dir().map(|home| home.join(".cargo")));
+    let named =
+        [(Some(tree.to_path_buf()), "tsumu"), (Some(target.into()), "built"), (home, "cargo")];
+    let mut flags = Flags::default();
+    for (folder, name) in named {
+        let Some(folder) = folder.and_then(|f| f.canonicalize().ok().or(Some(f))) else { continue };
+        flags.rust.push(format!("--remap-path-prefix={}=/{name}", folder.display()));
+        flags.c.push(format!("-ffile-prefix-map={}=/{name}", folder.display()));
+    }
+    // Of two that fit, the later counts: a build folder may lie in the tree.
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.rust.join(BETWEEN_FLAGS));
+    if cfg!(unix) {
+        cargo.env("CFLAGS", flags.c.join(" ")).env("CXXFLAGS", flags.c.join(" "));
+    }
+    cargo.env("CARGO_TARGET_DIR", target).env("CARGO_INCREMENTAL", "0");
+    cargo.env("SOURCE_DATE_EPOCH", commit_time()?);
+    Ok(flags)
 }
 
 /// Manual pages and completions, as the program writes them.

@@ -6,7 +6,7 @@ use crate::{
     BlockError, antifer, bin_parts, dolos, frustum::square_frustum, interlocking, rotation_group,
     tetrapod,
 };
-use geom::{MeshError, TriMesh, Warning};
+use geom::{MeshError, Stage, TriMesh, Warning};
 use scene::{
     BlockModel, BlockSpec, Catalog, CatalogSpec, ConvexPart, MOST_PARTS_ERROR, Shape,
     SymmetryGroup, check_name,
@@ -110,7 +110,7 @@ pub fn warnings(catalog: &Catalog) -> Vec<Warning> {
             m.name
         )
     };
-    let warning = |m| Warning { stage: "catalog", message: said(m) };
+    let warning = |m| Warning { stage: Stage::Catalogue, message: said(m) };
     catalog.iter().map(|(_, m)| m).filter(off).map(warning).collect()
 }
 

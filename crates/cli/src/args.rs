@@ -59,7 +59,7 @@ pub enum Command {
     /// Open the page: the same work in the browser, without a command line
     Open(cmd::open::OpenArgs),
     /// Print the completion script of a shell
-    Completions(cmd::completions::CompletionsArgs),
+    Completions(terminal::CompletionsArgs),
     /// Write the manual pages
-    Man(cmd::man::ManArgs),
+    Man(terminal::ManArgs),
 }

@@ -2,7 +2,6 @@
 
 mod args;
 mod cmd;
-mod double_click;
 mod words;
 
 use args::Command;
@@ -16,7 +15,7 @@ use tsumu::Job;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    let options = args::Options::parse_from(double_click::arguments());
+    let options = args::Options::parse_from(terminal::arguments());
     let terminal = Terminal::new(&options.output);
     terminal::end(&terminal, || {
         let job = terminal.job()?;
@@ -44,7 +43,7 @@ fn dispatch(command: &Command, terminal: &Terminal, job: &Job) -> tsumu::Result<
         Command::ServeBin(args) => cmd::serve_bin::serve_bin(args, terminal, job),
         Command::Synth(args) => cmd::synth::synth(args, terminal, job),
         Command::Open(args) => cmd::open::open(args, terminal, job),
-        Command::Completions(args) => cmd::completions::completions::<args::Options>(args),
-        Command::Man(args) => cmd::man::man::<args::Options>(args, terminal),
+        Command::Completions(args) => terminal::completions::<args::Options>(args),
+        Command::Man(args) => terminal::man::<args::Options>(args, terminal),
     }
 }

@@ -4,8 +4,8 @@ use scene::Severity;
 use terminal::Terminal;
 use tsumu::{
     BlockFit, Compared, CountRange, LabelScores, NextLift, PlanChoice, PlannedSummary, Preflight,
-    RecogniseSummary, Recognition, Repeatability, Scores, Split, SurveyLook, TypeCount,
-    UnfilledCount, WhatIfRow,
+    RecogniseSummary, Recognition, Repeatability, Scores, SurveyLook, TypeCount, UnfilledCount,
+    WhatIfRow,
 };
 
 fn percent(value: Option<f64>) -> String {
@@ -76,13 +76,7 @@ pub fn fitted(found: &[BlockFit], terminal: &Terminal) {
         "block", "size m", "explains", "found", "nearest"
     ));
     for fit in found {
-        let beside = match (fit.catalogue_m, &fit.nominal, fit.nominal_m) {
-            (Some(catalogue_m), _, _) => format!("the catalogue says {catalogue_m:.3} m"),
-            (None, Some(name), Some(m)) => {
-                format!("{name} of {m:.3} m ({:+.1} %)", 100.0 * (m / fit.size_m - 1.0))
-            }
-            _ => String::new(),
-        };
+        let beside = fit.beside();
         terminal.say(format!(
             "{:<18}{:>17}{:>11}{:>8}  {beside}",
             fit.block,
@@ -91,16 +85,7 @@ pub fn fitted(found: &[BlockFit], terminal: &Terminal) {
             fit.found
         ));
     }
-    match best.catalogue_m {
-        None => terminal.say(format!(
-            "best: shape = \"{} {:.2}m\" in catalog.toml; hold it against the drawings",
-            best.block, best.size_m
-        )),
-        Some(catalogue_m) => terminal.say(format!(
-            "best: `{}` fits {:.2} ± {:.2} m; the catalogue says {catalogue_m:.2}",
-            best.block, best.size_m, best.size_sd_m
-        )),
-    }
+    terminal.say(best.proposal());
 }
 
 /// What a review did.
@@ -132,36 +117,7 @@ pub fn recognised(summary: &RecogniseSummary, terminal: &Terminal) {
         percent(summary.matching_rate),
         summary.fitting_threshold_m * 1000.0
     ));
-    summary.self_check.iter().for_each(|check| self_check(check, terminal));
-}
-
-/// How far both halves of a survey agree.
-fn self_check(check: &Repeatability, terminal: &Terminal) {
-    let by = match check.split {
-        Split::Lines => "every other survey line",
-        Split::Points => "every other point",
-    };
-    let [first, second] = check.stated;
-    terminal.say(format!(
-        "self-check by {by}: {first} and {second} blocks stated, {} by both ({} agree)",
-        check.matched,
-        percent(check.agreement().map(f64::from))
-    ));
-    let degrees = |v: Option<f32>| v.map_or("–".into(), |v| format!("{:.2}°", v.to_degrees()));
-    let apart = |v: Option<f32>| millimetres(v.map(f64::from), 1);
-    terminal.say(format!(
-        "  they lie {} apart in the median, 95 % within {}; turned by {}, 95 % within {}",
-        apart(check.median_displacement_m),
-        apart(check.p95_displacement_m),
-        degrees(check.median_turn_rad),
-        degrees(check.p95_turn_rad)
-    ));
-    let sure = |v: Option<f32>| v.map_or("–".to_string(), |v| format!("{v:.2}"));
-    terminal.say(format!(
-        "  mean confidence {} of those both state, {} of those one states alone",
-        sure(check.confidence_matched),
-        sure(check.confidence_alone)
-    ));
+    summary.self_check.iter().flat_map(Repeatability::lines).for_each(|line| terminal.say(line));
 }
 
 /// What a survey in which nothing was recognised gets instead of a count.
@@ -275,7 +231,7 @@ fn unfilled(reasons: &[UnfilledCount], terminal: &Terminal) {
     if reasons.is_empty() {
         return;
     }
-    let of = |c: &UnfilledCount| format!("{} {} ({:.1} m³)", c.places, c.reason, c.void_m3);
+    let of = |c: &UnfilledCount| format!("{} {} ({:.1} m³)", c.places, c.reason.word(), c.void_m3);
     let list: Vec<String> = reasons.iter().map(of).collect();
     terminal.say(format!("places left below the design: {} (plan/unfilled.csv)", list.join(", ")));
 }

@@ -1,5 +1,7 @@
 //! Progress and warnings as typed events: libraries never print.
 
+use crate::{JobPart, Stage};
+
 /// What a running stage has to say.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
@@ -7,27 +9,27 @@
 pub enum Event {
     /// A stage begins; `total` units of work are expected (0: unknown).
     Started {
-        /// The stage's word in the pipeline, e.g. `segment`.
-        stage: &'static str,
+        /// Which.
+        stage: Stage,
         /// Units of work expected.
         total: u64,
     },
     /// `done` units of the running stage are finished.
     Advanced {
-        /// The stage's word.
-        stage: &'static str,
+        /// Which stage.
+        stage: Stage,
         /// Units finished so far.
         done: u64,
     },
     /// A stage has ended.
     Finished {
-        /// The stage's word.
-        stage: &'static str,
+        /// Which stage.
+        stage: Stage,
     },
     /// A part of a longer job is done.
     Part {
-        /// Its name.
-        part: &'static str,
+        /// Which.
+        part: JobPart,
         /// Where it came from and whether it stays.
         state: PartState,
     },
@@ -37,8 +39,8 @@ pub enum Event {
     /// A detail for `-v`.
     #[serde(rename = "note")]
     Noted {
-        /// The stage's word.
-        stage: &'static str,
+        /// Which stage.
+        stage: Stage,
         /// One line.
         message: String,
     },
@@ -57,12 +59,18 @@ pub enum PartState {
 }
 
 /// A partial failure that did not stop the work.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Warning {
-    /// The stage's word.
-    pub stage: &'static str,
+    /// Who warns.
+    pub stage: Stage,
     /// One line: what happened, with values, and what to do about it.
     pub message: String,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.stage, self.message)
+    }
 }
 
 /// Hears events; called from any thread.

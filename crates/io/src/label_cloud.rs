@@ -22,6 +22,10 @@ pub struct LabelCloud {
 }
 
 const LINE_LIMIT: u64 = 1 << 16;
+/// Below it every whole number is told from the next.
+const WHOLE_LIMIT: f64 = 9e15;
+/// Farther than this from the origin nothing is surveyed, in metres or millimetres.
+const COORDINATE_LIMIT: f64 = 1e12;
 
 /// Reads a labelled cloud; `column`, from 1, names the column of the instances in files without column names.
 pub fn read(
@@ -32,6 +36,10 @@ pub fn read(
     let kind = extension(path);
     let mut input = Input::open(path)?;
     let table = match kind.as_str() {
+        "npz" => {
+            let what = "it is an archive of arrays; save the one of the points alone: np.save(\"cloud.npy\", points)";
+            return Err(input.malformed(Place::File, what));
+        }
         "npy" => npy::read(&mut input)?,
         "txt" | "xyz" | "asc" | "csv" | "pts" => match text_table(&mut input)? {
             Some(table) => table,
@@ -102,7 +110,7 @@ fn of_table(path: &Path, table: &npy::Table, column: Option<usize>) -> Result<La
     }
     let wrong = |what: String| IoError::malformed(path, Place::File, what);
     let rows = || table.values.chunks_exact(table.columns);
-    let is_whole = |c: usize| rows().all(|r| r[c].fract() == 0.0 && r[c].abs() < 9e15);
+    let is_whole = |c: usize| rows().all(|r| r[c].fract() == 0.0 && r[c].abs() < WHOLE_LIMIT);
     let at = match column {
         Some(c) if (4..=table.columns).contains(&c) && is_whole(c - 1) => c - 1,
         Some(c) => {
@@ -115,12 +123,7 @@ fn of_table(path: &Path, table: &npy::Table, column: Option<usize>) -> Result<La
             let whole: Vec<usize> = (3..table.columns).filter(|&c| is_whole(c)).collect();
             match whole.as_slice() {
                 [one] => *one,
-                [] => {
-                    return Err(wrong(format!(
-                        "none of its {} columns after x, y, z holds whole numbers, so it has no instances",
-                        table.columns.saturating_sub(3)
-                    )));
-                }
+                [] => return Err(wrong(no_instances(table))),
                 many => {
                     let names: Vec<String> = many.iter().map(|c| (c + 1).to_string()).collect();
                     return Err(wrong(format!(
@@ -138,10 +141,32 @@ fn of_table(path: &Path, table: &npy::Table, column: Option<usize>) -> Result<La
             let at = Place::Record(number as u64 + 1);
             return Err(IoError::NotFinite { path: path.into(), at, x: p.x, y: p.y, z: p.z });
         }
+        if p.abs().max_element() > COORDINATE_LIMIT {
+            let what = format!("the coordinates ({:e}, {:e}, {:e}) are on no site", p.x, p.y, p.z);
+            return Err(IoError::malformed(path, Place::Record(number as u64 + 1), what));
+        }
         cloud.position.push(p);
         cloud.instance.push(row[at] as i64);
     }
     Ok(cloud)
+}
+
+/// Why none of the columns can be that of the instances.
+fn no_instances(table: &npy::Table) -> String {
+    let rows = || table.values.chunks_exact(table.columns);
+    let Some(after) = table.columns.checked_sub(3).filter(|n| *n > 0) else {
+        return "it has no column after x, y, z, so it has no instances".into();
+    };
+    let too_large = |c: &usize| rows().all(|r| r[*c].fract() == 0.0);
+    match (3..table.columns).find(too_large) {
+        Some(c) => format!(
+            "column {} holds numbers beyond {WHOLE_LIMIT:e}, which cannot be told from their neighbours; number the instances from 1",
+            c + 1
+        ),
+        None => format!(
+            "none of its {after} columns after x, y, z holds whole numbers, so it has no instances"
+        ),
+    }
 }
 
 #[cfg(test)]
@@ -175,6 +200,13 @@ mod tests {
         assert_eq!(read_text("0 0 0 1 2\n", Some(5)).unwrap().instance, [2]);
         assert!(says("0 0 0 1 2\n", Some(3)).contains("4 to 5"));
         assert!(says("0 0 0\n", None).contains("no instances"));
+        let beyond = says("0 0 0 4000000000000000000\n", None);
+        assert!(beyond.contains("column 4") && beyond.contains("number the instances from 1"));
+        assert!(says("0 0 0 1\n1e300 0 0 1\n", None).contains("record 2"));
+        let named = says("x y z instance\n0 0 0 5000000000000\n", None);
+        assert!(named.contains("from 0 to 4294967295"), "{named}");
+        let below = read_text("x y z instance\n0 0 0 -100\n0 0 0 -1\n", None).unwrap();
+        assert_eq!(below.instance, [-1, -1]);
         assert!(says("0 0 0 1\n0 0 0\n", None).contains("line 2"));
         assert!(says("x y z\n0 0 0\n", None).contains("instance"));
         assert!(says("# nothing\n", None).contains("no points"));

@@ -11,7 +11,7 @@ pub struct ReadOptions {
     pub labels: bool,
     /// Points far from all others are left out.
     pub without_strays: bool,
-    /// What −1 in a column of instances is read as. Without: 0 in a column `label`, refused in a column `instance`.
+    /// What −1 in a column of instances is read as; the largest number stands for every number below 0. Without: 0 in a column `label`, refused in a column `instance`.
     pub minus_one: Option<u32>,
     /// A table of places in plan: heights are not needed, and not read.
     pub plane: bool,
@@ -107,6 +107,29 @@ impl LeaveOut {
             return Some(Reason::Flag(bit & bit.wrapping_neg()));
         }
         self.classes.contains(&class).then_some(Reason::Class(class))
+    }
+}
+
+/// Points of a file with a column of classes: how many of each class there are, and how many are left out.
+#[derive(Debug, Default)]
+pub(crate) struct ByClass {
+    /// Of each class, those left out included.
+    pub classes: BTreeMap<u8, u64>,
+    /// Those left out.
+    pub left_out: LeftOut,
+}
+
+impl ByClass {
+    /// Counts a point, and tells whether it is left out. What is no class of LAS says nothing.
+    pub fn leaves_out(&mut self, class: f64, leave_out: &LeaveOut) -> bool {
+        if !(0.0..=255.0).contains(&class) || class.fract() != 0.0 {
+            return false;
+        }
+        let class = class as u8;
+        *self.classes.entry(class).or_default() += 1;
+        let reason = leave_out.reason(class, 0);
+        reason.iter().for_each(|reason| *self.left_out.entry(*reason).or_default() += 1);
+        reason.is_some()
     }
 }
 

@@ -38,7 +38,7 @@ pub struct ReproduceArgs {
     /// As little as still makes every table, half an hour for `all` on two cores: to see that it runs, not to be quoted
     #[arg(long)]
     quick: bool,
-    /// Folder with parts and scenes of others, for `bin-picking`: IPAGearShaft.stl, IPARingScrew.stl, XA_A.txt, XA_B.txt, XA_C.txt
+    /// Folder with parts and scenes of others, for `bin-picking` and `bin-weights`: IPAGearShaft.stl, IPARingScrew.stl, XA_A.txt, XA_B.txt, XA_C.txt
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
     /// Weights to judge [default: the shipped ones]
@@ -52,11 +52,7 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal, job: &Job) -> Result
         EXPERIMENTS.iter().for_each(|e| terminal.say(format!("{:<26}{}", e.name, e.about)));
         return Ok(());
     }
-    let chosen = if args.names == ["all"] {
-        EXPERIMENTS.iter().collect()
-    } else {
-        args.names.iter().map(|n| experiment(n)).collect::<Result<Vec<_>>>()?
-    };
+    let chosen = chosen(args)?;
     let settings = settings(args)?;
     let model = args.model.as_deref().map(tsumu::load_weights).transpose()?;
     std::fs::create_dir_all(&args.out)
@@ -73,6 +69,7 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal, job: &Job) -> Result
     };
     for experiment in chosen {
         let from = start.elapsed();
+        let bench = Bench { data: bench.data.filter(|_| experiment.takes_data()), ..bench };
         let page = reproduce::page(experiment, &bench).map_err(ended)?;
         let path = args.out.join(format!("{}.md", experiment.name));
         io::atomic::write_bytes(&path, page.as_bytes())?;
@@ -82,9 +79,23 @@ pub fn reproduce(args: &ReproduceArgs, terminal: &Terminal, job: &Job) -> Result
     Ok(())
 }
 
+/// The experiments named. `all` gives a folder of data to those that take it; one named by itself that takes none refuses it.
+fn chosen(args: &ReproduceArgs) -> Result<Vec<&'static Experiment>> {
+    if args.names == ["all"] {
+        return Ok(EXPERIMENTS.iter().collect());
+    }
+    let chosen = args.names.iter().map(|n| experiment(n)).collect::<Result<Vec<_>>>()?;
+    if args.data.is_some() {
+        chosen.iter().try_for_each(|e| e.refuse_data()).map_err(ended)?;
+    }
+    Ok(chosen)
+}
+
 fn ended(error: ReproduceError) -> Error {
-    if matches!(error, ReproduceError::Stopped) {
+    if error.is_interruption() {
         Error::stopped(error)
+    } else if error.is_bad_input() {
+        Error::bad_input(error)
     } else {
         Error::failed(error)
     }
@@ -119,4 +130,30 @@ fn experiment(name: &str) -> Result<&'static Experiment> {
             names.join(", ")
         ))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: ReproduceArgs,
+    }
+
+    fn chosen_by(words: &[&str]) -> Result<Vec<&'static Experiment>> {
+        chosen(&Line::parse_from([&["reproduce"], words].concat()).args)
+    }
+
+    #[test]
+    fn data_goes_to_those_that_take_it() {
+        assert_eq!(chosen_by(&["all", "--data", "d"]).unwrap().len(), EXPERIMENTS.len());
+        assert_eq!(chosen_by(&["bin-weights", "--data", "d"]).unwrap().len(), 1);
+        let refused = chosen_by(&["bin-weights", "pose-sites", "--data", "d"]).err().unwrap();
+        assert_eq!(refused.kind(), tsumu::Kind::BadInput);
+        assert!(refused.line().starts_with("--data: pose-sites takes none"), "{}", refused.line());
+        assert!(chosen_by(&["nothing"]).err().unwrap().line().contains("bin-picking"));
+    }
 }

@@ -74,6 +74,39 @@ impl Repeatability {
         let all = self.stated[0] + self.stated[1];
         (all > 0).then(|| 2.0 * self.matched as f32 / all as f32)
     }
+
+    /// What a person is told, a line each.
+    pub fn lines(&self) -> [String; 3] {
+        let by = match self.split {
+            Split::Lines => "every other survey line",
+            Split::Points => "every other point",
+        };
+        let [first, second] = self.stated;
+        let told = |v: Option<f32>, f: &dyn Fn(f32) -> String| v.map_or("–".into(), f);
+        let percent = |v| told(v, &|v| format!("{:.1} %", v * 100.0));
+        let apart = |v| told(v, &|v| format!("{:.1} mm", v * 1000.0));
+        let degrees = |v| told(v, &|v: f32| format!("{:.2}°", v.to_degrees()));
+        let sure = |v| told(v, &|v| format!("{v:.2}"));
+        [
+            format!(
+                "self-check by {by}: {first} and {second} blocks stated, {} by both ({} agree)",
+                self.matched,
+                percent(self.agreement())
+            ),
+            format!(
+                "  they lie {} apart in the median, 95 % within {}; turned by {}, 95 % within {}",
+                apart(self.median_displacement_m),
+                apart(self.p95_displacement_m),
+                degrees(self.median_turn_rad),
+                degrees(self.p95_turn_rad)
+            ),
+            format!(
+                "  mean confidence {} of those both state, {} of those one states alone",
+                sure(self.confidence_matched),
+                sure(self.confidence_alone)
+            ),
+        ]
+    }
 }
 
 /// Edge of the cells whose points are dealt out in turn, in mean spacings.

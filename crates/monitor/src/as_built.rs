@@ -16,6 +16,7 @@ use crate::{Epoch, MonitorError, SeenBlock, StableGround};
 use geom::{DVec3, HeightMap, Observer, PointGrid, Vec3};
 use scene::{Catalog, Placement, Plan};
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// When a planned block counts as placed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -163,7 +164,7 @@ pub fn as_built(
     let pairs = matched(&open, &new, catalog, &zeros::<6>(), &loose)?;
     let mut blocks = planned_blocks(plan, &planned, &new, &pairs, later, catalog, config);
     look_for_missing(&mut blocks, plan, &planned, &comparison, earlier, later, catalog, config);
-    let taken: Vec<usize> = pairs.iter().map(|p| p.later).collect();
+    let taken: BTreeSet<usize> = pairs.iter().map(|p| p.later).collect();
     let untaken = new.iter().enumerate().filter(|(i, _)| !taken.contains(i));
     blocks.extend(untaken.map(|(_, body)| extra(body, later)));
     let mut out = figures(&new, earlier, comparison, catalog);
@@ -198,7 +199,7 @@ fn new_bodies(
     let stands = |c: &&crate::Change| {
         c.earlier_id.is_none() && matches!(c.class, Class::New | Class::Doubtful)
     };
-    let ids: Vec<u32> =
+    let ids: BTreeSet<u32> =
         comparison.changes.iter().filter(stands).filter_map(|c| c.later_id).collect();
     Body::all(later, catalog, origin)
         .into_iter()
@@ -217,7 +218,9 @@ fn planned_blocks(
     config: &AsBuiltConfig,
 ) -> Vec<BuiltBlock> {
     let one = |(i, body): (usize, &Body)| {
-        let partner = pairs.iter().find(|p| p.earlier == i).map(|p| &new[p.later]);
+        // Pairs come ascending by the planned block.
+        let pair = pairs.binary_search_by_key(&i, |p| p.earlier);
+        let partner = pair.ok().map(|k| &new[pairs[k].later]);
         let mut out = BuiltBlock {
             order: Some(plan.placements[i].order),
             later_id: None,
@@ -301,11 +304,14 @@ fn look_for_missing(
         solids: &solids,
         own: &own,
         other: &view,
+        room: None,
         config: single,
     };
+    let place: BTreeMap<u32, usize> =
+        blocks.iter().enumerate().filter_map(|(i, b)| Some((b.order?, i))).collect();
     for change in judge.judge_all(&open, &stated, Only::Earlier) {
-        let order = change.earlier_id;
-        let Some(block) = blocks.iter_mut().find(|b| b.order == order) else { continue };
+        let Some(&at) = change.earlier_id.and_then(|order| place.get(&order)) else { continue };
+        let block = &mut blocks[at];
         (block.state, block.note) = match change.class {
             Class::Missing => (Built::NotPlaced, String::new()),
             _ => (Built::Hidden, change.note),
@@ -347,7 +353,8 @@ const CELL: f32 = 0.08;
 /// Concrete, porosity two ways and packing of the new blocks.
 fn figures(new: &[Body], earlier: &Epoch, comparison: Comparison, catalog: &Catalog) -> AsBuilt {
     let volume = |b: &Body| f64::from(catalog.get(b.model).volume_m3);
-    let concrete_m3: f64 = new.iter().map(volume).sum();
+    // Adding to 0 keeps an empty sum from being −0.
+    let concrete_m3: f64 = 0.0 + new.iter().map(volume).sum::<f64>();
     let mut out = AsBuilt {
         blocks: Vec::new(),
         comparison,

@@ -64,7 +64,7 @@ pub(crate) fn gone_m2(
         before.enumerate().filter(|(_, (p, _))| shows(*p)).map(|(i, _)| i).collect();
     let at: Vec<(Vec3, Vec3)> = samples.posed(after.pose(model)).collect();
     let looks: Vec<Look> =
-        shown.iter().map(|&i| views[1].look_within(at[i].0, at[i].1, config.least_cos)).collect();
+        shown.iter().map(|&i| views[1].look_strictly(at[i].0, at[i].1, config.least_cos)).collect();
     let through: Vec<Vec3> = shown
         .iter()
         .zip(&looks)
@@ -93,7 +93,7 @@ pub(crate) fn gone_by_itself_m2(
     let patch = |body: &Body, view: &View| -> Option<usize> {
         let at: Vec<(Vec3, Vec3)> = samples.posed(body.pose(model)).collect();
         let looks: Vec<Look> =
-            at.iter().map(|(p, n)| view.look_within(*p, *n, config.least_cos)).collect();
+            at.iter().map(|(p, n)| view.look_strictly(*p, *n, config.least_cos)).collect();
         let places = looks.iter().zip(&samples.position);
         let through: Vec<Vec3> =
             places.filter(|(l, _)| **l == Look::Through).map(|(_, p)| *p).collect();

@@ -4,11 +4,12 @@ use crate::body::{Body, Difference, difference};
 use crate::breakage::{BreakageConfig, gone_by_itself_m2, gone_m2, limit_blocks2};
 use crate::change::{Change, Class};
 use crate::common_error::{self, CommonError};
-use crate::dense::{Matrix, cholesky, distance2, sum};
+use crate::dense::{Matrix, cholesky, distance2, sum, zeros};
 use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
 use crate::matching::{MatchConfig, Pair, matched};
 use crate::motion::{Motion, covariance_at};
 use crate::registration::{self, Basis, CommonMovement, Registration, RegistrationConfig};
+use crate::room::Room;
 use crate::single::{Only, Single, SingleConfig, Solids, solids};
 use crate::stable::{self, StableGround};
 use crate::surface_samples::{Samples, samples};
@@ -78,7 +79,9 @@ pub fn compare(
     config: &CompareConfig,
     observer: &dyn Observer,
 ) -> Result<Comparison, MonitorError> {
+    config.check()?;
     check(earlier, later, catalog)?;
+    stable.check(earlier, later)?;
     let frame = Frame::of(earlier, later, catalog);
     let registered = register(&frame, earlier, later, catalog, stable, config)?;
     stop(observer)?;
@@ -338,12 +341,23 @@ fn detect(
     let later_points: Vec<Vec3> =
         frame.points.par_iter().map(|p| motion.apply(p.as_dvec3()).as_vec3()).collect();
     let views = views(frame, motion, earlier.survey, later.survey, &later_points, catalog);
+    let solids = solids(catalog);
+    let room = Room::new(
+        catalog,
+        &solids,
+        [&frame.earlier, &moved],
+        &moved,
+        &later_points,
+        views[1].near_m,
+        config.matching.gate_blocks as f32,
+    );
     let judged = Judged {
         catalog,
         epochs: [earlier, later],
         fine: samples(catalog, config.breakage.samples),
         coarse: samples(catalog, config.single.samples),
-        solids: solids(catalog),
+        solids: &solids,
+        room: &room,
         unexplained: [
             unexplained(earlier, &earlier.survey.cloud.position_m, views[0].near_m),
             unexplained(later, &later_points, views[1].near_m),
@@ -384,7 +398,8 @@ struct Judged<'a> {
     epochs: [&'a Epoch<'a>; 2],
     fine: Vec<Samples>,
     coarse: Vec<Samples>,
-    solids: Solids,
+    solids: &'a Solids,
+    room: &'a Room<'a>,
     views: [View; 2],
     /// Points of each epoch that none of its blocks explains.
     unexplained: [PointGrid; 2],
@@ -406,7 +421,8 @@ impl Judged<'_> {
         Single {
             catalog: self.catalog,
             samples: &self.coarse,
-            solids: &self.solids,
+            solids: self.solids,
+            room: Some(self.room),
             own: &self.views[own],
             other: &self.views[other],
             unexplained: &self.unexplained[other],
@@ -486,22 +502,28 @@ fn tested(
     catalog: &Catalog,
 ) -> Vec<Tested> {
     let common = error.covariance();
+    // What the blocks were laid on each other by shows in their own spread; what ground says does not.
+    let own = reference.basis == Basis::Blocks;
     let of_pair = |p: &Pair| {
         let (a, b) = (&frame.earlier[p.earlier], &moved[p.later]);
         let delta = difference(a, b, catalog);
         let of_motion = covariance_at(frame.pivot, b.centre, &reference.covariance);
-        let all = sum(&delta.covariance, &sum(&common, &of_motion));
+        let of_pair = sum(&delta.covariance, &common);
+        let all = sum(&of_pair, &of_motion);
         let d2 = cholesky(&all).map_or(f64::INFINITY, |l| distance2(&l, &delta.d));
-        (delta, d2)
+        let covariance = if own { all } else { of_pair };
+        (Difference { covariance, ..delta }, d2)
     };
     let differences: Vec<(Difference, f64)> = pairs.iter().map(of_pair).collect();
-    let scales = common_error::scales(&differences, &common);
+    let scales = common_error::scales(&differences);
     let one = |(p, (delta, _)): (&Pair, &(Difference, f64))| {
-        let b = &moved[p.later];
-        let of_motion = covariance_at(frame.pivot, b.centre, &reference.covariance);
         let covariance = common_error::scaled(&delta.covariance, scales);
-        let extra = sum(&common_error::scaled(&common, scales), &of_motion);
-        Tested::of(*p, Difference { covariance, ..*delta }, &extra)
+        let rest = if own {
+            zeros::<6>()
+        } else {
+            covariance_at(frame.pivot, moved[p.later].centre, &reference.covariance)
+        };
+        Tested::of(*p, Difference { covariance, ..*delta }, &rest)
     };
     pairs.iter().zip(&differences).map(one).collect()
 }

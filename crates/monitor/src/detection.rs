@@ -24,7 +24,7 @@ pub struct DetectionConfig {
     pub sunk_turn_rad: f64,
     /// Confidence of both poses together below which a change is doubtful.
     pub least_confidence: f64,
-    /// Nats by which the next best partner must be worse.
+    /// Nats by which the best assignment without the pair must be worse.
     pub least_margin: f64,
 }
 

@@ -20,6 +20,18 @@ pub enum MonitorError {
         /// `earlier` or `later`.
         epoch: &'static str,
     },
+    /// The named stable ground lies elsewhere.
+    #[error(
+        "the stable ground holds {points} points of the {epoch} survey, {least} are needed; check its polygons' coordinates (east, north of the site), or leave it out"
+    )]
+    NoStableGround {
+        /// `earlier` or `later`.
+        epoch: &'static str,
+        /// Points within the polygons.
+        points: usize,
+        /// Points needed.
+        least: usize,
+    },
     /// The surveys lie apart.
     #[error(
         "the two surveys do not overlap: {gap_m:.0} m lie between them; check that both are of the same place and in the same coordinates"

@@ -8,6 +8,7 @@
 use crate::MonitorError;
 use crate::body::{Body, difference};
 use crate::dense::{Matrix, cholesky, distance2, log_det, sum};
+use crate::margin::set_margins;
 use geom::{PointGrid, Vec3};
 use rayon::prelude::*;
 use scene::Catalog;
@@ -39,16 +40,16 @@ impl Default for MatchConfig {
 pub(crate) struct Pair {
     pub earlier: usize,
     pub later: usize,
-    /// By how much the next best partner of either block is worse, in nats; large = no doubt.
+    /// By how much the best assignment without this pair is worse, in nats; large = no doubt.
     pub margin: f64,
 }
 
 /// A possible pair: its cost less the cost of leaving both alone, below 0.
 #[derive(Clone, Copy, Debug)]
-struct Edge {
-    earlier: usize,
-    later: usize,
-    gain: f64,
+pub(crate) struct Edge {
+    pub earlier: usize,
+    pub later: usize,
+    pub gain: f64,
 }
 
 /// The best set of pairs, ascending by the earlier block. `common` is what both sensors do to every block.
@@ -186,7 +187,7 @@ fn components(edges: &[Edge], earlier: usize, later: usize) -> Vec<Vec<Edge>> {
 }
 
 /// The best pairs of one component. An entry 0 means *both alone*, so no dummies are needed.
-fn assigned(edges: &[Edge]) -> Result<Vec<Pair>, MonitorError> {
+pub(crate) fn assigned(edges: &[Edge]) -> Result<Vec<Pair>, MonitorError> {
     let list = |side: fn(&Edge) -> usize| {
         let mut all: Vec<usize> = edges.iter().map(side).collect();
         all.sort_unstable();
@@ -205,27 +206,6 @@ fn assigned(edges: &[Edge]) -> Result<Vec<Pair>, MonitorError> {
         .map_err(|_| MonitorError::Assignment { blocks: rows.len() })?;
     let used = r.into_iter().zip(c).filter(|&(i, j)| cost[i * columns.len() + j] < 0.0);
     Ok(used.map(|(i, j)| Pair { earlier: rows[i], later: columns[j], margin: 0.0 }).collect())
-}
-
-fn set_margins(pairs: &mut [Pair], edges: &[Edge], earlier: usize, later: usize) {
-    let mut partner = (vec![usize::MAX; earlier], vec![usize::MAX; later]);
-    for p in pairs.iter() {
-        partner.0[p.earlier] = p.later;
-        partner.1[p.later] = p.earlier;
-    }
-    let mut own = vec![0.0_f64; earlier];
-    let mut other = (vec![0.0_f64; earlier], vec![0.0_f64; later]);
-    for e in edges {
-        if partner.0[e.earlier] == e.later {
-            own[e.earlier] = e.gain;
-        } else {
-            other.0[e.earlier] = other.0[e.earlier].min(e.gain);
-            other.1[e.later] = other.1[e.later].min(e.gain);
-        }
-    }
-    for p in pairs {
-        p.margin = other.0[p.earlier].min(other.1[p.later]) - own[p.earlier];
-    }
 }
 
 #[cfg(test)]

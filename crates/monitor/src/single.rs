@@ -6,11 +6,12 @@
 use crate::SeenBlock;
 use crate::body::Body;
 use crate::change::{Change, Class};
+use crate::room::Room;
 use crate::surface_samples::{Samples, of};
 use crate::view::{Look, Shares, View};
 use geom::{DistanceField, PointGrid, Vec3};
 use rayon::prelude::*;
-use scene::Catalog;
+use scene::{Catalog, ModelId};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
@@ -28,6 +29,11 @@ pub struct SingleConfig {
     pub least_shown: usize,
     /// Share of an earlier block's surface that still stands, from which what is gone is a piece and not the block.
     pub partly: f64,
+    /// Share of the block that contradicts the later survey in the best pose near its old place: below the first value it may lie
+    /// there unseen, from the second on there is no room for it, and it is gone even where its old place is covered.
+    pub room: [f64; 2],
+    /// Share of the surface that must be seen through for a block to be gone that may lie near its old place unseen.
+    pub through_despite_room: f64,
     /// Surface that no block explains near the upper part of a block's old place, in squares of the block length, from which the
     /// block may have moved without having been recognised.
     pub unexplained_blocks2: f32,
@@ -41,6 +47,8 @@ impl Default for SingleConfig {
             still_there: 0.6,
             least_shown: 8,
             partly: 0.45,
+            room: [0.01, 0.03],
+            through_despite_room: 0.6,
             unexplained_blocks2: 0.12,
         }
     }
@@ -63,6 +71,8 @@ pub(crate) struct Single<'a> {
     pub other: &'a View,
     /// Points of the other epoch that no block of it explains.
     pub unexplained: &'a PointGrid,
+    /// Where a block of the earlier epoch may lie unseen; `None`: nobody asks.
+    pub room: Option<&'a Room<'a>>,
     pub config: &'a SingleConfig,
 }
 
@@ -90,7 +100,9 @@ impl Single<'_> {
     pub fn judge(&self, body: &Body, block: &SeenBlock, only: Only) -> Change {
         let shares = Shares::of(&self.looks(body));
         let pierced = self.pierced(body);
-        let mut change = verdict(body, block, only, &shares, pierced, self.config);
+        let looked_for = self.room.filter(|_| only == Only::Earlier);
+        let room = || looked_for.map(|r| r.least_contradiction(body));
+        let mut change = verdict(body, block, only, &shares, pierced, &room, self.config);
         let size_m = self.catalog.get(body.model).d_box_m;
         let moved_m2 = self.unexplained_m2(body, size_m);
         if matches!(change.class, Class::Missing | Class::New)
@@ -118,9 +130,7 @@ impl Single<'_> {
     /// Whether the other epoch has points where the block would be solid.
     fn pierced(&self, body: &Body) -> bool {
         let model = self.catalog.get(body.model);
-        let field = self.solids[usize::from(body.model.0)]
-            .get_or_init(|| DistanceField::new(&model.mesh, CELLS, 0.05 * model.d_box_m).ok());
-        let Some(solid) = field else { return false };
+        let Some(solid) = solid(self.solids, self.catalog, body.model) else { return false };
         let pose = body.pose(model);
         let depth_m = self.other.near_m + DEPTH_BLOCKS * model.d_box_m;
         let inside = |p: Vec3| solid.distance_m(pose.inverse_transform_point(p)) < -depth_m;
@@ -146,17 +156,34 @@ pub(crate) fn solids(catalog: &Catalog) -> Solids {
     catalog.iter().map(|_| OnceLock::new()).collect()
 }
 
+/// The distance field of a type; `None` where its mesh has none.
+pub(crate) fn solid<'a>(
+    solids: &'a Solids,
+    catalog: &Catalog,
+    model: ModelId,
+) -> Option<&'a DistanceField> {
+    let mesh = catalog.get(model);
+    solids[usize::from(model.0)]
+        .get_or_init(|| DistanceField::new(&mesh.mesh, CELLS, 0.05 * mesh.d_box_m).ok())
+        .as_ref()
+}
+
 fn verdict(
     body: &Body,
     block: &SeenBlock,
     only: Only,
     shares: &Shares,
     pierced: bool,
+    room: &dyn Fn() -> Option<f64>,
     config: &SingleConfig,
 ) -> Change {
     let (gone, epoch) = match only {
         Only::Earlier => (Class::Missing, "later"),
         Only::Later => (Class::New, "earlier"),
+    };
+    let seen_through = shares.through > config.through && shares.through > 1.5 * shares.covered;
+    let leaves_no_room = || {
+        shares.through >= config.through_despite_room || room().is_none_or(|r| r >= config.room[0])
     };
     let judgeable = shares.seen + shares.through + shares.covered;
     let (class, confidence, note) = if shares.count < config.least_shown {
@@ -171,13 +198,21 @@ fn verdict(
             100.0 * shares.seen
         );
         (Class::PossiblyBroken, shares.seen, note)
-    } else if pierced {
+    } else if pierced && leaves_no_room() {
         let note = format!("the {epoch} survey has points where it would be solid");
         (gone, f64::max(0.9, shares.through), note)
     } else if shares.nothing > 0.6 {
         (Class::Hidden, shares.nothing, format!("the {epoch} survey does not reach it"))
-    } else if shares.through > config.through && shares.through > 1.5 * shares.covered {
+    } else if seen_through && leaves_no_room() {
         (gone, shares.through / judgeable, String::new())
+    } else if pierced || seen_through {
+        let note = format!(
+            "its old place is free, but within a move's reach the {epoch} survey leaves room for it unseen"
+        );
+        (Class::Doubtful, 0.5, note)
+    } else if shares.seen < 0.5 * config.still_there && room().is_some_and(|r| r >= config.room[1])
+    {
+        (gone, 0.9, format!("the {epoch} survey leaves no room for it, there or near"))
     } else if shares.seen >= config.still_there {
         let note =
             format!("its surface is in the {epoch} survey too, but was not recognised there");

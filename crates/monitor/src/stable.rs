@@ -1,8 +1,8 @@
 //! The ground that does not move, and the registration on it.
 
-use crate::Epoch;
 use crate::motion::Motion;
 use crate::registration::{Basis, Patches, Registration, on_ground};
+use crate::{Epoch, MonitorError};
 use geom::{DVec3, Vec3, normals, thin_from_lowest};
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +14,27 @@ pub struct StableGround {
 }
 
 impl StableGround {
+    /// Refuses named ground that a survey hardly shows: without it no movement would be absolute, and nobody would know.
+    pub(crate) fn check(&self, earlier: &Epoch, later: &Epoch) -> Result<(), MonitorError> {
+        if self.polygons.is_empty() {
+            return Ok(());
+        }
+        for (epoch, name) in [(earlier, "earlier"), (later, "later")] {
+            let frame = &epoch.survey.frame;
+            let within = |p: &&Vec3| self.contains(frame.site_from_local(**p));
+            let points = epoch.survey.cloud.position_m.iter().filter(within).take(LEAST_POINTS);
+            let points = points.count();
+            if points < LEAST_POINTS {
+                return Err(MonitorError::NoStableGround {
+                    epoch: name,
+                    points,
+                    least: LEAST_POINTS,
+                });
+            }
+        }
+        Ok(())
+    }
+
     fn contains(&self, p: DVec3) -> bool {
         self.polygons.iter().any(|corners| inside(corners, p.x, p.y))
     }

@@ -34,6 +34,9 @@ pub(crate) struct View {
 
 /// Sensors asked about one place.
 const SENSORS: usize = 3;
+/// Share of the points of a surface behind a place by which the place is seen through, and the most points that are asked for.
+const BEHIND: f32 = 0.6;
+const MOST_BEHIND: f32 = 12.0;
 /// A sensor sees a face under at least this cosine.
 const LEAST_COS: f32 = 0.15;
 
@@ -101,11 +104,22 @@ impl View {
 
     /// What is known of a place with this outward normal.
     pub fn look(&self, p: Vec3, normal: Vec3) -> Look {
-        self.look_within(p, normal, LEAST_COS)
+        self.looked(p, normal, LEAST_COS, |away, from_m| self.meets(p, away, from_m))
     }
 
-    /// The same of sensors that look at the place at least as squarely as this cosine of the slant.
-    pub fn look_within(&self, p: Vec3, normal: Vec3, least_cos: f32) -> Look {
+    /// The same for one small place whose absence counts: of sensors that look at it at least as squarely as this cosine of the
+    /// slant, and seen through only where what lies behind it is shown as fully as a surface would be.
+    pub fn look_strictly(&self, p: Vec3, normal: Vec3, least_cos: f32) -> Look {
+        self.looked(p, normal, least_cos, |away, from_m| self.shows_behind(p, away, from_m))
+    }
+
+    fn looked(
+        &self,
+        p: Vec3,
+        normal: Vec3,
+        least_cos: f32,
+        is_behind: impl Fn(Vec3, f32) -> bool,
+    ) -> Look {
         if self.has_point(p) {
             return Look::Seen;
         }
@@ -115,7 +129,7 @@ impl View {
         for to_sensor in self.directions(p, normal).into_iter().filter(squarely) {
             if self.meets(p, to_sensor, clear_m) {
                 covered = true;
-            } else if self.meets(p, -to_sensor, clear_m) {
+            } else if is_behind(-to_sensor, clear_m) {
                 through = true;
             }
         }
@@ -124,6 +138,28 @@ impl View {
             (false, true) => Look::Covered,
             (false, false) => Look::Nothing,
         }
+    }
+
+    /// Whether as many points lie behind a place as a surface that is measured through it would show, or most of them. A few are
+    /// always there, seen from elsewhere past what stands before them.
+    fn shows_behind(&self, p: Vec3, away: Vec3, from_m: f32) -> bool {
+        let Some(grid) = &self.grid else { return false };
+        let expected = std::f32::consts::PI * (self.tube_m / self.spacing_m.max(1e-6)).powi(2);
+        let enough = (BEHIND * expected).ceil().clamp(1.0, MOST_BEHIND) as u32;
+        let step = 1.3 * self.tube_m;
+        let ball = (self.tube_m * self.tube_m + 0.25 * step * step).sqrt();
+        let (mut at, mut count) = (from_m, 0);
+        while at < self.reach_m && count < enough {
+            grid.for_each_within(p + away * (at + 0.5 * step), ball, |_, q, _| {
+                let d = q - p;
+                let t = d.dot(away);
+                let across2 = d.length_squared() - t * t;
+                let inside = t >= at && t < at + step && across2 <= self.tube_m * self.tube_m;
+                count += u32::from(inside);
+            });
+            at += step;
+        }
+        count >= enough
     }
 
     /// Whether any point lies in the tube from `from_m` on.
@@ -153,9 +189,16 @@ impl View {
             };
             (cos > LEAST_COS).then_some((value, to))
         };
-        let mut ranked: Vec<(f32, Vec3)> = self.sensors.iter().filter_map(rank).collect();
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-        ranked.into_iter().take(SENSORS).map(|r| r.1).collect()
+        // The best few, the first of equals first; a track has thousands of places, and every sample asks.
+        let mut best: Vec<(f32, Vec3)> = Vec::with_capacity(SENSORS + 1);
+        for found in self.sensors.iter().filter_map(rank) {
+            let place = best.iter().position(|b| found.0 > b.0).unwrap_or(best.len());
+            if place < SENSORS {
+                best.insert(place, found);
+                best.truncate(SENSORS);
+            }
+        }
+        best.into_iter().map(|r| r.1).collect()
     }
 }
 

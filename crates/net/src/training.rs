@@ -10,7 +10,7 @@ use burn::grad_clipping::GradientClippingConfig;
 use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::Device;
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 
 /// Steps between two lines of the learning curve.
 const STEPS_A_LINE: u64 = 20;
@@ -166,7 +166,7 @@ impl<'a, N: Module + Sync> Training<'a, N> {
         let replicas = Replicas::new(schedule.replicas).map_err(TrainingError::Threads)?;
         let (network, optimiser, first) =
             checkpoint.resume(network, optimiser(schedule.weight_decay))?;
-        observer.event(Event::Started { stage: "train", total: schedule.steps });
+        observer.event(Event::Started { stage: Stage::Train, total: schedule.steps });
         Ok(Self { schedule, checkpoint, device, replicas, network, optimiser, first, observer })
     }
 
@@ -203,14 +203,14 @@ impl<'a, N: Module + Sync> Training<'a, N> {
                 checkpoint.save(&network, &optimiser, done, &task.model(&network, done)?)?;
                 task.saved(checkpoint)?;
             }
-            self.observer.event(Event::Advanced { stage: "train", done });
+            self.observer.event(Event::Advanced { stage: Stage::Train, done });
             if stop {
                 break;
             }
         }
         // A training that was stopped, or had no step left to do, is judged all the same.
         let judgement = judgement.unwrap_or_else(|| task.judge(&network, done, &replicas));
-        self.observer.event(Event::Finished { stage: "train" });
+        self.observer.event(Event::Finished { stage: Stage::Train });
         Ok(Outcome { network, steps: done, judgement })
     }
 }

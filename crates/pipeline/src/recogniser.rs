@@ -3,10 +3,9 @@
 //! In: a survey. Out: which point belongs to which block, and the blocks. The bin goes, points are segmented, segments
 //! become blocks; indices and labels that leave this room are those of the whole survey.
 
-use crate::cells::Cells;
 use crate::{Config, PipelineError, survey};
 use geom::{Observer, PointCloud, SeedTree, Silent};
-use pose::{Limb, LimbState, Templates};
+use pose::{Cells, Limb, LimbState, Templates};
 use scene::{Catalog, InstanceId, Legs, Recognised, Segmentation, Survey, Verdict};
 use segment::{Foreground, SegmentModel};
 use serde::{Deserialize, Serialize};
@@ -86,7 +85,7 @@ impl Recogniser<'_> {
                 pose::recognise_part(given, &segmentation, catalog, config, part, heard)?
             }
             None => {
-                let config = cells.settings(catalog, self.config).pose;
+                let config = cells.settings(catalog, &self.config.pose);
                 pose::recognise_pile(given, &segmentation, catalog, &config, heard)?
             }
         };
@@ -134,7 +133,7 @@ impl Recogniser<'_> {
     ) -> Result<Recognition, PipelineError> {
         let cells = Cells::of(survey);
         let foreground = self.foreground(cells.survey(), &Silent);
-        let config = cells.settings(self.catalog, self.config).pose;
+        let config = cells.settings(self.catalog, &self.config.pose);
         let (own, observer) = (&foreground.survey, self.observer);
         let found = match ready.filter(|ready| ready.are_of(&config)) {
             Some(ready) => pose::recognise_with(own, &segments, ready, observer)?,
@@ -188,4 +187,11 @@ impl Recogniser<'_> {
             observer,
         )
     }
+}
+
+/// A survey as points on surfaces, and settings that know how far its cells may be off; no grid: both as they are.
+pub fn as_points(survey: &Survey, catalog: &Catalog, config: &Config) -> (Survey, Config) {
+    let cells = Cells::of(survey);
+    let pose = cells.settings(catalog, &config.pose);
+    (cells.survey().clone(), Config { pose, ..config.clone() })
 }

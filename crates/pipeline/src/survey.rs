@@ -1,7 +1,7 @@
 //! What no file alone tells: whether blocks, cloud and design belong together.
 
 use crate::PipelineError;
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 pub use pose::survey_facts::{Limit, SurveyFacts, not_judgeable};
 use scene::{Catalog, DesignSurface, Survey};
 
@@ -39,7 +39,7 @@ pub fn check_facts(
         return Ok(());
     }
     let facts = SurveyFacts::of(survey, smallest_m);
-    observer.event(Event::Noted { stage: STAGE, message: facts.sentence() });
+    observer.event(Event::Noted { stage: Stage::Segment, message: facts.sentence() });
     let doubtful = not_judgeable(&facts, catalog);
     let hopeless = |limits: &[Limit]| {
         limits.iter().find(|l| matches!(l, Limit::Unit(_) | Limit::Cell { .. })).cloned()
@@ -56,13 +56,11 @@ pub fn check_facts(
     for (model, limits) in doubtful {
         for limit in limits {
             let message = format!("`{}` can hardly be judged: {limit}", model.name);
-            observer.event(Event::Warned(Warning { stage: STAGE, message }));
+            observer.event(Event::Warned(Warning { stage: Stage::Segment, message }));
         }
     }
     Ok(())
 }
-
-const STAGE: &str = "segment";
 
 /// Refuses a design that lies away from everything surveyed, before anything is computed.
 pub fn check_design(survey: &Survey, design: &DesignSurface) -> Result<(), PipelineError> {

@@ -4,7 +4,7 @@
 //! lies in a file of its own, so a run that was stopped goes on with the next pile.
 
 use crate::{PlacementError, image::stored_view};
-use geom::{Event, Observer, Quat, SeedTree, Silent, Vec3};
+use geom::{Event, Observer, Quat, SeedTree, Silent, Stage, Vec3};
 use plan::{DepthView, GenerateConfig, PlanConfig, PlanInput, WindowSample, generate_and_test};
 use scene::{BlockModel, Catalog, DesignSurface, Scene, SiteFrame};
 use serde::{Deserialize, Serialize};
@@ -93,7 +93,7 @@ pub fn make_samples(
         view: stored_view(view),
         keep: config.keep,
     };
-    observer.event(Event::Started { stage: "generate", total: piles });
+    observer.event(Event::Started { stage: Stage::Generate, total: piles });
     let mut samples = Vec::new();
     for index in 0..piles {
         let path = folder.join(format!("{word}-{index:04}.json"));
@@ -115,9 +115,9 @@ pub fn make_samples(
             }
         };
         samples.extend(made);
-        observer.event(Event::Advanced { stage: "generate", done: index + 1 });
+        observer.event(Event::Advanced { stage: Stage::Generate, done: index + 1 });
     }
-    observer.event(Event::Finished { stage: "generate" });
+    observer.event(Event::Finished { stage: Stage::Generate });
     if samples.is_empty() { Err(PlacementError::NoSamples) } else { Ok(samples) }
 }
 

@@ -86,12 +86,13 @@ pub(crate) fn closed_zones(
         |p: &[f64; 2]| Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32);
     for zone in zones {
         let finite = zone.boundary.iter().flatten().all(|v| v.is_finite());
-        if zone.boundary.len() < 3 || !finite {
+        if !(3..=scene::MOST_CORNERS).contains(&zone.boundary.len()) || !finite {
             return Err(PlanError::Zone {
                 name: zone.name.clone(),
                 why: format!(
-                    "boundary has {} corners; give at least three, [east, north]",
-                    zone.boundary.len()
+                    "boundary has {} corners; give three to {}, [east, north]",
+                    zone.boundary.len(),
+                    scene::MOST_CORNERS
                 ),
             });
         }

@@ -12,7 +12,7 @@ use crate::{
     trial::Drop,
     windows,
 };
-use geom::{Observer, Pose, SeedTree, Vec2};
+use geom::{Observer, Pose, SeedTree, Stage, Vec2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -76,7 +76,7 @@ pub fn generate_and_test(
     let block = stack.catalog.get(kind.model);
     let mut found = windows::detect(&stack.surface, &stack.design, settings, |_| true);
     windows::thin(&mut found, generate.windows as usize);
-    observer.event(geom::Event::Started { stage: "generate", total: found.len() as u64 });
+    observer.event(geom::Event::Started { stage: Stage::Generate, total: found.len() as u64 });
     let done = std::sync::atomic::AtomicU64::new(0);
     let sample = |(number, window): (usize, &windows::Window)| {
         if observer.cancelled() {
@@ -104,11 +104,11 @@ pub fn generate_and_test(
         best.sort_by(|a, b| b.filled_m3.total_cmp(&a.filled_m3));
         best.truncate(generate.keep as usize);
         let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        observer.event(geom::Event::Advanced { stage: "generate", done });
+        observer.event(geom::Event::Advanced { stage: Stage::Generate, done });
         let depth = depth_image(&stack, settings, window.centre, &generate.view, block.d_box_m);
         Ok(WindowSample { centre: window.centre, depth, best, drops: generate.drops })
     };
     let samples = found.par_iter().enumerate().map(sample).collect();
-    observer.event(geom::Event::Finished { stage: "generate" });
+    observer.event(geom::Event::Finished { stage: Stage::Generate });
     samples
 }

@@ -5,7 +5,7 @@
 //! a block within a block's length (that is a block nobody recognised), and no block reaches below the ground it
 //! stands on, so the undersides of the accepted blocks are an upper bound. Cells without evidence are interpolated.
 
-use geom::{Event, HeightMap, MeshQuery, Observer, PointCloud, Pose, Vec2, Vec3, Warning};
+use geom::{Event, HeightMap, MeshQuery, Observer, PointCloud, Pose, Stage, Vec2, Vec3, Warning};
 use scene::{Catalog, Ground, ModelId, Recognised};
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +50,8 @@ pub fn estimate_ground(
     config: &GroundConfig,
     observer: &dyn Observer,
 ) -> Ground {
-    let warn = |message: String| observer.event(Event::Warned(Warning { stage: "plan", message }));
+    let warn =
+        |message: String| observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
     let length_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
     let accepted = Accepted::of(recognised, catalog);
     let lowest = |(model, pose): &(ModelId, Pose)| {

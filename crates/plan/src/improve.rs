@@ -14,7 +14,7 @@ use crate::{
     stack::Stack,
     windows,
 };
-use geom::{Event, Observer, SeedTree, Vec2};
+use geom::{Event, Observer, SeedTree, Stage, Vec2};
 use rand::{RngExt, seq::SliceRandom};
 use rayon::prelude::*;
 use scene::Placement;
@@ -60,7 +60,7 @@ pub(crate) fn improve(
     let total = (effort.passes * kept.len() as f32).ceil() as u64;
     let round = kept.iter().map(|p| p.round).max().unwrap_or(0) + 1;
     let trials = Trials { site, turns: turned(site, base, seed), effort, round };
-    observer.event(Event::Started { stage: "improve", total });
+    observer.event(Event::Started { stage: Stage::Improve, total });
     let mut base = Base::new(site, base, &kept);
     let (mut done, mut pass) = (0_u64, 0_u64);
     while done < total && !kept.is_empty() {
@@ -80,11 +80,11 @@ pub(crate) fn improve(
             let found: Vec<Option<Change>> = batch.par_iter().map(trial).collect();
             apply(site, &mut base, &mut kept, found.into_iter().flatten().collect());
             done += batch.len() as u64;
-            observer.event(Event::Advanced { stage: "improve", done });
+            observer.event(Event::Advanced { stage: Stage::Improve, done });
         }
         pass += 1;
     }
-    observer.event(Event::Finished { stage: "improve" });
+    observer.event(Event::Finished { stage: Stage::Improve });
     Ok(kept)
 }
 

@@ -8,6 +8,7 @@ mod acceptance;
 mod assortment;
 mod attitudes;
 mod batches;
+mod built;
 mod carried;
 mod choices;
 mod config;
@@ -50,6 +51,7 @@ mod volumes;
 pub mod windows;
 
 pub use assortment::{BlockChoice, ZoneConfig};
+pub use built::BuildingConfig;
 pub use choices::{Aim, choices};
 pub use config::{Insertion, Inside, NetworkConfig, PlanConfig, Policy, RandomConfig, SearchConfig, Settings};
 pub use crane::CraneConfig;
@@ -79,7 +81,7 @@ pub use uncertainty::{
 pub use unfilled::{Unfilled, UnfilledReason, unfilled};
 pub use volumes::{OfVolume, plans_over_volumes};
 
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use improve::Effort;
 use scene::{Placement, PlacementState, Plan};
 
@@ -115,7 +117,7 @@ pub fn replan(
     let (stack, tried) = bettered((&site, input), stack, tried, &effort, seed, observer)?;
     let mut plan = finished(&site, &stack, &before, tried);
     (plan.summary.shut, plan.summary.opened) = (shut, opened);
-    observer.event(Event::Finished { stage: "plan" });
+    observer.event(Event::Finished { stage: Stage::Plan });
     Ok(plan)
 }
 

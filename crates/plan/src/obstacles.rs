@@ -5,7 +5,7 @@
 
 use crate::GroundConfig;
 use crate::ground::{Accepted, MOST_CELLS, unexplained};
-use geom::{Event, HeightMap, Observer, PointCloud, Vec2, Warning};
+use geom::{Event, HeightMap, Observer, PointCloud, Stage, Vec2, Warning};
 use scene::{Catalog, Ground, Recognised};
 
 /// Edge of a cell, in block lengths.
@@ -43,7 +43,7 @@ pub fn with_obstacles(
     let area_m2 = solid as f32 * cell_m * cell_m;
     let digits = if area_m2 < 0.1 { 4 } else { usize::from(area_m2 < 10.0) };
     observer.event(Event::Warned(Warning {
-        stage: "plan",
+        stage: Stage::Plan,
         message: format!(
             "{area_m2:.digits$} m² of the survey stand above the ground and are no recognised block: taken as solid, nothing is planned into \
              it; look there for missed blocks and for types the catalogue does not name"

@@ -12,7 +12,7 @@ use crate::{
     stack::Stack,
     windows::Window,
 };
-use geom::{Event, Observer, Quat, SeedTree, Vec2, Vec3, Warning};
+use geom::{Event, Observer, Quat, SeedTree, Stage, Vec2, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{
     BlockModel, ConvexPart, DesignSurface, InstanceId, PatternNode, PlacedBlock, Placement,
@@ -276,7 +276,7 @@ pub(crate) fn fill(
     let mut filled = Filled::default();
     let mut left = kind.stock.unwrap_or(u32::MAX) as usize;
     let mut done = 0_u64;
-    observer.event(Event::Started { stage: "plan", total: 0 });
+    observer.event(Event::Started { stage: Stage::Plan, total: 0 });
     for layer in 1..=pattern.layers {
         let nodes = pattern.nodes(stack, layer);
         let places: Vec<Vec2> = nodes.iter().map(|(_, at)| *at).collect();
@@ -304,7 +304,7 @@ pub(crate) fn fill(
                     }
                 }
             }
-            observer.event(Event::Advanced { stage: "plan", done });
+            observer.event(Event::Advanced { stage: Stage::Plan, done });
         }
         if done == before {
             break;
@@ -348,7 +348,7 @@ fn warn_of_density(
         let message = format!(
             "layer {layer} of the pattern has {blocks} blocks, {density:.3} on a square metre of the works instead of {asked:.3}: the other nodes lack less than plan.minimum_volume_m3, lie at the edge, or no block rests there"
         );
-        observer.event(Event::Warned(Warning { stage: "plan", message }));
+        observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{
     stack::Stack,
     windows::{self, Window},
 };
-use geom::{Bounds, Event, Observer, SeedTree, Vec3, Warning};
+use geom::{Bounds, Event, Observer, SeedTree, Stage, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{
     InstanceId, PlacedBlock, Placement, PlacementState, PoseLimits, PosedModel, Reset, same_block,
@@ -90,7 +90,7 @@ pub(crate) fn reset(
     }
     if !kept_back.is_empty() {
         let message = format!("not re-set: {}", kept_back.join("; "));
-        observer.event(Event::Warned(Warning { stage: "plan", message }));
+        observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
     }
     Ok(done.split_off(earlier.len()))
 }

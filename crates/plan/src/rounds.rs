@@ -11,7 +11,7 @@ use crate::{
     trial::Drop,
     windows::{self, Window},
 };
-use geom::{Event, Observer, Pose, SeedTree, Vec2, Vec3, Warning};
+use geom::{Event, Observer, Pose, SeedTree, Stage, Vec2, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{Handling, InstanceId, PlacedBlock, Placement, PlacementState};
 
@@ -69,7 +69,7 @@ pub(crate) fn fill(
     }
     let void_m3 = windows::void_m3(&stack.surface, &stack.design);
     let expected = void_m3 * 0.5 / stack.catalog.get(site.main().model).volume_m3;
-    observer.event(Event::Started { stage: "plan", total: expected.ceil() as u64 });
+    observer.event(Event::Started { stage: Stage::Plan, total: expected.ceil() as u64 });
     let mut filling = Filling::new(site, stack);
     for round in 1..=site.main().settings.rounds {
         let mut windows = 0;
@@ -84,7 +84,7 @@ pub(crate) fn fill(
         if windows == 0 {
             if round == 1 {
                 let message = nothing_to_do(stack, site.types.last().unwrap_or(site.main()));
-                observer.event(Event::Warned(Warning { stage: "plan", message }));
+                observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
             }
             break;
         }
@@ -191,7 +191,7 @@ impl<'s, 'a> Filling<'s, 'a> {
                 self.serve(stack, turn, &windows, now, seed);
                 left = later;
             }
-            observer.event(Event::Advanced { stage: "plan", done: self.kept });
+            observer.event(Event::Advanced { stage: Stage::Plan, done: self.kept });
         }
         Ok(windows.len())
     }
@@ -283,7 +283,7 @@ impl<'s, 'a> Filling<'s, 'a> {
             return;
         }
         let warn = |message: String| {
-            observer.event(Event::Warned(Warning { stage: "plan", message }));
+            observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
         };
         for (t, kind) in self.site.types.iter().enumerate() {
             let name = &stack.catalog.get(kind.model).name;

@@ -11,7 +11,7 @@ use crate::{
     stack::{self, Stack},
     surveyed::{SQUARE, leave_out_unseen},
 };
-use geom::{HeightMap, Observer, PointCloud, SeedTree, Vec2, Vec3, Warning};
+use geom::{HeightMap, Observer, PointCloud, SeedTree, Stage, Vec2, Vec3, Warning};
 use rand::RngExt;
 use scene::{
     Catalog, DesignSurface, InstanceId, ModelId, PlacedBlock, Placement, PlacementState, Scene,
@@ -213,7 +213,7 @@ fn type_to_place<'a>(
 }
 
 fn warn(observer: &dyn Observer, message: String) {
-    observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
+    observer.event(geom::Event::Warned(Warning { stage: Stage::Plan, message }));
 }
 
 /// Says what is odd about the pile.
@@ -301,7 +301,7 @@ fn leave_out_unsurveyed(
             "{left_m2:.0} m² of the design ({:.0} %) lie where nothing was surveyed: they are not judged and not planned on; survey them, state the [ground], or say `unsurveyed = true` in [plan]",
             100.0 * left_m2 / works_m2
         );
-        observer.event(geom::Event::Warned(Warning { stage: "plan", message }));
+        observer.event(geom::Event::Warned(Warning { stage: Stage::Plan, message }));
     }
 }
 

@@ -12,6 +12,7 @@ use crate::{
 };
 use geom::{SeedTree, Silent, Vec2};
 use scene::{Placement, PlacementState, Plan};
+use serde::{Deserialize, Serialize};
 
 /// Part of the minimum volume from which a gap is shown: less is the roughness of any armour layer.
 const SHOWN: f32 = 0.25;
@@ -36,9 +37,11 @@ pub struct Unfilled {
 }
 
 /// Why a place got no block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum UnfilledReason {
     /// It lacks less than the minimum volume.
+    #[serde(rename = "too-small")]
     Small,
     /// A block there stands above the design by more than the overflow threshold.
     Overflow,

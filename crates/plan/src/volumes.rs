@@ -8,7 +8,7 @@
 use crate::{
     Insertion, PlanConfig, PlanError, PlanInput, Policy, bettered, finished, first_blocks, improve::Effort, rounds, site, summary,
 };
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use scene::Plan;
 
 /// The plan of one minimum volume.
@@ -69,7 +69,7 @@ pub fn plans_over_volumes(
             plans[i] = Some(OfVolume { minimum_volume_m3, plan, made: i == first });
         }
         left = later;
-        observer.event(Event::Finished { stage: "plan" });
+        observer.event(Event::Finished { stage: Stage::Plan });
     }
     Ok(plans.into_iter().map(|p| p.expect("every volume was served")).collect())
 }

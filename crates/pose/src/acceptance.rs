@@ -42,16 +42,27 @@ pub fn accept(
     ground: Option<&Ground>,
     config: &EvidenceConfig,
 ) -> Acceptance {
-    let mut taken =
-        ground.map_or_else(|| vec![0.0_f32; measured.position.len()], |g| g.explained.clone());
+    accept_of(&|_| true, candidates, templates, measured, ground, config)
+}
+
+/// [`accept`] among some of the candidates.
+pub fn accept_of(
+    may: &dyn Fn(usize) -> bool,
+    candidates: &[Candidate],
+    templates: &[Template],
+    measured: &Measured,
+    ground: Option<&Ground>,
+    config: &EvidenceConfig,
+) -> Acceptance {
+    let mut taken = explained_by(ground, measured);
     let mut accepted: Vec<(usize, f32)> = Vec::new();
     // Lost to overlap with accepted blocks, in halves of the surface.
     let mut lost = vec![0.0_f32; candidates.len()];
-    let eligible = |c: &Candidate| c.evidence.agreement >= config.min_agreement;
-    let mut gain: Vec<f32> = candidates
-        .iter()
-        .map(|c| if eligible(c) { c.evidence.gain(&taken) } else { f32::NEG_INFINITY })
-        .collect();
+    let eligible = |(i, c): (usize, &Candidate)| {
+        let may = may(i) && c.evidence.agreement >= config.min_agreement;
+        if may { c.evidence.gain(&taken) } else { f32::NEG_INFINITY }
+    };
+    let mut gain: Vec<f32> = candidates.iter().enumerate().map(eligible).collect();
     loop {
         // The first of equals: the order of the hypotheses decides, never the order of threads.
         let best = (0..gain.len()).fold(None, |b: Option<usize>, i| match b {
@@ -72,22 +83,44 @@ pub fn accept(
             {
                 continue;
             }
-            let tolerance = overlap_tolerance_m(measured, other);
-            let (first, second) = ((&templates[winner.template], &winner.at), (other, &c.at));
-            // Two poses of one place: what the second adds is the first one's error.
-            let same = c.template == winner.template
-                && other.same(&c.at, &winner.at, SAME_PLACE * reach, SAME_TURN_RAD);
-            if same || shared_inside(first, second, tolerance) > config.max_shared {
+            let Some(charge) = charge(c, winner, templates, measured, config) else {
                 gain[i] = f32::NEG_INFINITY;
                 continue;
-            }
-            let overlap = overlap_m2(first, second, tolerance);
-            lost[i] += config.overlap_weight * overlap / c.evidence.unit_m2;
+            };
+            lost[i] += charge;
             gain[i] = c.evidence.gain(&taken) - lost[i];
         }
         gain[best] = f32::NEG_INFINITY;
     }
     Acceptance { accepted, taken }
+}
+
+/// How well each working point is explained before any block is.
+pub fn explained_by(ground: Option<&Ground>, measured: &Measured) -> Vec<f32> {
+    ground.map_or_else(|| vec![0.0_f32; measured.position.len()], |g| g.explained.clone())
+}
+
+/// What a candidate loses to its overlap with an accepted one, in halves of its surface; `None`: both cannot be.
+pub fn charge(
+    candidate: &Candidate,
+    accepted: &Candidate,
+    templates: &[Template],
+    measured: &Measured,
+    config: &EvidenceConfig,
+) -> Option<f32> {
+    let other = &templates[candidate.template];
+    let tolerance = overlap_tolerance_m(measured, other);
+    let first = (&templates[accepted.template], &accepted.at);
+    let second = (other, &candidate.at);
+    let reach = first.0.model.d_max_m;
+    // Two poses of one place: what the second adds is the first one's error.
+    let same = candidate.template == accepted.template
+        && other.same(second.1, first.1, SAME_PLACE * reach, SAME_TURN_RAD);
+    if same || shared_inside(first, second, tolerance) > config.max_shared {
+        return None;
+    }
+    let overlap = overlap_m2(first, second, tolerance);
+    Some(config.overlap_weight * overlap / candidate.evidence.unit_m2)
 }
 
 /// Poses of one type are one block within this part of d_max and this turn.

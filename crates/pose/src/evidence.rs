@@ -69,7 +69,7 @@ pub fn weigh(
             let w = agreement(face, &measured.fit_point(i)) * (1.0 - (d / reach).powi(2));
             if w > 0.02 {
                 explained.push((i, w));
-                if measured.viewpoint.is_some_and(|v| face.dot(v.toward) < LEAST_COSINE) {
+                if measured.viewpoint.as_ref().is_some_and(|v| v.facing(face) < LEAST_COSINE) {
                     beside += w;
                 }
             }

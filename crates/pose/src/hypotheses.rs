@@ -6,6 +6,7 @@
 use crate::acceptance::{Acceptance, Candidate, accept};
 use crate::beside::Rows;
 use crate::evidence::{reach_m, weigh};
+use crate::exchange::exchange;
 use crate::fattening::Fattening;
 use crate::finish::{Accepted, other_type, refine};
 use crate::ground::Ground;
@@ -13,7 +14,7 @@ use crate::measured::Measured;
 use crate::prepare::Prepared;
 use crate::search::{Proposal, Task, propose};
 use crate::template::Template;
-use crate::{Method, Places, PoseConfig, PoseError, STAGE, ground, leftovers, thesis};
+use crate::{Method, Places, PoseConfig, PoseError, ground, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
 use scene::Segmentation;
@@ -127,7 +128,7 @@ impl Stage<'_> {
     /// Searches every task with every type; proposals with their cases, in the order of the tasks.
     fn candidates(&mut self, tasks: &[Task], round: u64) -> Result<Vec<Origin>, PoseError> {
         let total = tasks.len() as u64;
-        self.observer.event(Event::Started { stage: STAGE, total });
+        self.observer.event(Event::Started { stage: geom::Stage::Pose, total });
         let done = AtomicU64::new(0);
         let seed = self.seed.child("search", round);
         let found: Vec<Vec<Origin>> = tasks
@@ -139,14 +140,14 @@ impl Stage<'_> {
                 }
                 let found = self.search(task, seed.child("task", t as u64));
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                self.observer.event(Event::Advanced { stage: STAGE, done });
+                self.observer.event(Event::Advanced { stage: geom::Stage::Pose, done });
                 found.into_iter().map(|c| ((round == 0).then_some(t), c)).collect()
             })
             .collect();
         if self.observer.cancelled() {
             return Err(PoseError::Cancelled);
         }
-        self.observer.event(Event::Finished { stage: STAGE });
+        self.observer.event(Event::Finished { stage: geom::Stage::Pose });
         Ok(found.into_iter().flatten().collect())
     }
 
@@ -233,6 +234,8 @@ impl Stage<'_> {
                 }
             }
         }
+        let acceptance =
+            exchange(acceptance, &pool, templates, measured, bed.as_ref(), &config.evidence);
         Ok((acceptance.accepted, bed))
     }
 
@@ -279,7 +282,7 @@ impl Stage<'_> {
     }
 
     fn note(&self, message: String) {
-        self.observer.event(Event::Noted { stage: STAGE, message });
+        self.observer.event(Event::Noted { stage: geom::Stage::Pose, message });
     }
 
     /// Without verification: the type of smallest fitness for each segment (METHOD §4), its best pose.

@@ -15,7 +15,7 @@ use crate::recognise::Outcome;
 use crate::search::Task;
 use crate::unjudged::{LEAST_CONFIDENCE, may_hold_a_block};
 use crate::verdict::{PileVerdict, is_wrong};
-use crate::{EvidenceConfig, STAGE, thesis};
+use crate::{EvidenceConfig, thesis};
 use geom::{Event, Observer, Vec3, Warning};
 use rayon::prelude::*;
 use scene::{Fit, Guess, InstanceId, Recognised, Verdict};
@@ -31,10 +31,10 @@ impl Prepared<'_> {
     pub fn judge(&self, found: Found, observer: &dyn Observer) -> Outcome {
         let outcome = self.judge_part(&found, &|_| true);
         for message in outcome.pile.warnings() {
-            observer.event(Event::Warned(Warning { stage: STAGE, message }));
+            observer.event(Event::Warned(Warning { stage: geom::Stage::Pose, message }));
         }
         for message in outcome.pile.notes() {
-            observer.event(Event::Noted { stage: STAGE, message });
+            observer.event(Event::Noted { stage: geom::Stage::Pose, message });
         }
         outcome
     }
@@ -83,7 +83,7 @@ impl Prepared<'_> {
             stated: blocks.iter().filter(|f| f.0.is_stated()).count(),
             size,
             not_a_block: 0,
-            viewpoint: measured.viewpoint,
+            viewpoint: measured.viewpoint.clone(),
         };
         let limbs = self.limbs(found, &blocks);
         let (open, closed) = self.not_judged(found, &blocks, owns);
@@ -107,7 +107,7 @@ impl Prepared<'_> {
             noise_sd_m: measured.noise_sd_m,
             point_area_m2: measured.point_area_m2,
             survey_spacing_m: measured.survey_spacing_m,
-            viewpoint: measured.viewpoint,
+            viewpoint: measured.viewpoint.clone(),
             fattening: found.fattening.clone(),
             typical_m: any.then_some(typical_m),
             explained: any.then_some(explained),

@@ -12,9 +12,11 @@ mod acceptance;
 mod beside;
 mod beyond;
 mod canonical;
+mod cells;
 mod confidence;
 mod error;
 mod evidence;
+mod exchange;
 mod fattening;
 mod features;
 mod finish;
@@ -35,6 +37,7 @@ mod shell;
 mod sight;
 pub mod size;
 pub mod size_search;
+pub mod size_windows;
 pub mod survey_facts;
 mod template;
 mod thesis;
@@ -44,6 +47,7 @@ mod verdict;
 mod viewpoint;
 
 pub use absolute::CommonSize;
+pub use cells::Cells;
 pub use confidence::{Features, NAMES};
 pub use config::{
     EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig, StatedPlane,
@@ -58,6 +62,3 @@ pub use recognise::{
 };
 pub use verdict::PileVerdict;
 pub use viewpoint::Viewpoint;
-
-/// What events of this room are signed with.
-const STAGE: &str = "pose";

@@ -7,7 +7,7 @@ use crate::fit::FitPoint;
 use crate::ground::{Bed, lowest_plane};
 use crate::pile_facts::PileFacts;
 use crate::sight::Sight;
-use crate::viewpoint::{self, Viewpoint};
+use crate::viewpoint::Viewpoint;
 use geom::{PointGrid, Thinned, Vec3, thin_from_lowest};
 use scene::{SensorKind, Survey};
 
@@ -63,25 +63,26 @@ impl Measured {
             facts.map_or_else(|| point_area_of_m2(&position, &grid, cell_m), |f| f.point_area_m2);
         let spacing_m = point_area_m2.sqrt();
         let viewpoint = survey.sensor_positions.is_empty().then(|| {
-            let known = facts.and_then(|f| f.viewpoint);
-            known.unwrap_or_else(|| viewpoint::likeliest(&position, spacing_m, d_max_m))
+            let known = facts.and_then(|f| f.viewpoint.clone());
+            known.unwrap_or_else(|| Viewpoint::likeliest(&position, spacing_m, d_max_m))
         });
-        let far = viewpoint.map_or(Vec3::Z, |v| v.toward);
-        let direction = |p: Vec3| toward_sensor(p, &survey.sensor_positions, far);
-        let to_sensor: Vec<Vec3> = position.iter().map(|&p| direction(p)).collect();
+        let to_sensor = to_sensor(survey, viewpoint.as_ref(), &position, spacing_m, d_max_m);
         let radius_m = (2.6 * cell_m.max(spacing_m)).max(3.5 * noise_sd_m).min(0.3 * d_max_m);
         let normal = if survey.cloud.has_normals() {
             let given =
                 thinned.kept.iter().map(|&i| survey.cloud.normal[i as usize].normalize_or_zero());
-            given.zip(&to_sensor).map(|(n, v)| if n.dot(*v) < 0.0 { -n } else { n }).collect()
+            facing(given.collect(), &to_sensor)
         } else {
-            geom::normals(&position, radius_m, &direction)
+            facing(geom::normals(&position, radius_m, &|_| Vec3::Z), &to_sensor)
         };
         let survey_spacing_m = facts.map_or_else(
             || point_area_of_m2(all, &PointGrid::new(all, cell_m * 2.0), cell_m).sqrt(),
             |f| f.survey_spacing_m,
         );
-        let sight = Sight::new(&position, &survey.sensor_positions, far, spacing_m);
+        let sight = match &viewpoint {
+            Some(far) => Sight::from_afar(&position, &far.toward, spacing_m),
+            None => Sight::new(&position, &survey.sensor_positions, spacing_m),
+        };
         // A depth camera's floor has gone with the bin (`walls`): a plane through what it sees lowest may be the front of
         // the very parts looked for.
         let lowest = stated_bed.or_else(|| {
@@ -132,12 +133,37 @@ impl Measured {
     }
 }
 
-/// Unit direction from a point to the nearest sensor position; `far` when none is known.
-pub fn toward_sensor(p: Vec3, sensors: &[Vec3], far: Vec3) -> Vec3 {
+/// Unit direction from each point to the sensor that saw it.
+pub fn to_sensor(
+    survey: &Survey,
+    viewpoint: Option<&Viewpoint>,
+    points: &[Vec3],
+    spacing_m: f32,
+    d_max_m: f32,
+) -> Vec<Vec3> {
+    let near = |&p: &Vec3| toward_sensor(p, &survey.sensor_positions);
+    viewpoint.map_or_else(
+        || points.iter().map(near).collect(),
+        |far| far.of_each(points, spacing_m, d_max_m),
+    )
+}
+
+/// Normals turned to the sensors.
+pub fn facing(mut normals: Vec<Vec3>, to_sensor: &[Vec3]) -> Vec<Vec3> {
+    for (n, v) in normals.iter_mut().zip(to_sensor) {
+        if n.dot(*v) < 0.0 {
+            *n = -*n;
+        }
+    }
+    normals
+}
+
+/// Unit direction from a point to the nearest sensor position; up when there is none.
+pub fn toward_sensor(p: Vec3, sensors: &[Vec3]) -> Vec3 {
     let nearest = sensors
         .iter()
         .min_by(|a, b| (**a - p).length_squared().total_cmp(&(**b - p).length_squared()));
-    nearest.and_then(|s| (*s - p).try_normalize()).unwrap_or(far)
+    nearest.and_then(|s| (*s - p).try_normalize()).unwrap_or(Vec3::Z)
 }
 
 /// Places whose scatter is looked at.

@@ -6,7 +6,7 @@ use crate::levelling::level;
 use crate::measured::{Measured, noise_of_m};
 use crate::pile_facts::PileFacts;
 use crate::template::{Template, templates};
-use crate::{PoseConfig, PoseError, STAGE};
+use crate::{PoseConfig, PoseError};
 use geom::{Event, Observer, SeedTree};
 use scene::{Catalog, Segmentation, Survey};
 use std::sync::Arc;
@@ -161,7 +161,7 @@ fn levelled(
         1e3 * levelled.shift_m,
         1e3 * levelled.scatter_m
     );
-    observer.event(Event::Noted { stage: STAGE, message });
+    observer.event(Event::Noted { stage: geom::Stage::Pose, message });
     let mut part = survey.clone();
     part.cloud.position_m = levelled.position;
     Some((part, levelled.scatter_m))

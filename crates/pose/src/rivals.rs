@@ -1,15 +1,15 @@
 //! Poses a block must beat, whether the search came across them or not.
 //!
 //! A cube of which one face is seen fits as well half a block further along; the tip of one leg fits at any roll. The
-//! stated pose is slid along the direction in which it is held least and along its own axes, and turned about the axis
-//! of what is seen of it; each start takes a few steps on the block's own points. What ends elsewhere and explains
+//! stated pose is slid along the direction in which it is held least and along its own axes, turned about the axis of
+//! what is seen of it, and turned over about its principal axes, as a plate may lie on either face; each start takes a few steps on the block's own points. What ends elsewhere and explains
 //! them as well shows that the points do not decide.
 
 use crate::finish::Accepted;
 use crate::fit::{CentredPose, FitPoint, fit};
 use crate::measured::Measured;
 use crate::template::Template;
-use geom::{Quat, Vec3};
+use geom::{Plane, Quat, Vec2, Vec3};
 
 /// Points of a block that rivals are fitted to.
 const POINTS: usize = 120;
@@ -92,7 +92,30 @@ fn starts(
             starts.push(CentredPose { rotation, centre: at.centre });
         }
     }
+    for axis in principal_axes(template) {
+        let over = Quat::from_axis_angle(at.rotation * axis, std::f32::consts::PI);
+        let rotation = (over * at.rotation).normalize();
+        starts.push(CentredPose { rotation, centre: at.centre });
+    }
     starts
+}
+
+/// Axes about which a block turned over fills much the same room; fewer where its surface is as wide one way as the other.
+fn principal_axes(template: &Template) -> Vec<Vec3> {
+    let surface: Vec<Vec3> =
+        template.surface.iter().map(|(p, _)| *p - template.model.centre).collect();
+    let Some(plane) = Plane::through(&surface) else { return Vec::new() };
+    let across = surface.iter().map(|p| p.reject_from(plane.normal));
+    // The longest way in the plane: where the doubled angles of what lies there point to.
+    let u = plane.normal.any_orthonormal_vector();
+    let v = plane.normal.cross(u);
+    let doubled = across.map(|p| {
+        let (x, y) = (p.dot(u), p.dot(v));
+        Vec2::new(x * x - y * y, 2.0 * x * y)
+    });
+    let angle = 0.5 * doubled.sum::<Vec2>().to_angle();
+    let long = u * angle.cos() + v * angle.sin();
+    vec![plane.normal, long, plane.normal.cross(long)]
 }
 
 /// Unit eigenvector of the largest variance in the 3 × 3 block of a covariance at `first`.

@@ -1,4 +1,4 @@
-//! What the sensors saw first along their rays: a depth image per sensor position, or one from afar.
+//! What the sensors saw first along their rays: a depth image per sensor position or far direction.
 //!
 //! A place in front of everything measured around its ray is *empty*: the sensor looked through it. A place behind
 //! is *hidden*. Judged on three by three pixels so that noise and the raster do not matter.
@@ -44,22 +44,26 @@ const MOST_PIXELS: usize = 4_000_000;
 pub const LEAST_COSINE: f32 = 0.25;
 
 impl Sight {
-    /// Depth images of the points from the positions, or from `far` away when there are none.
-    pub fn new(points: &[Vec3], sensors: &[Vec3], far: Vec3, spacing_m: f32) -> Self {
+    /// Depth images of the points from the positions.
+    pub fn new(points: &[Vec3], sensors: &[Vec3], spacing_m: f32) -> Self {
         let bounds = Bounds::of(points.iter().copied());
         if bounds.is_empty() {
             return Self { views: Vec::new() };
         }
         let centre = bounds.centre();
-        let views = if sensors.is_empty() {
-            vec![View::new(points, None, far, centre, spacing_m)]
-        } else {
-            spread(sensors, centre)
-                .into_iter()
-                .map(|s| View::new(points, Some(s), far, centre, spacing_m))
-                .collect()
+        let view = |s: Vec3| {
+            let away = (centre - s).try_normalize().unwrap_or(Vec3::NEG_Z);
+            View::new(points, Some(s), away, (centre - s).length().max(1e-6), spacing_m)
         };
-        Self { views }
+        Self { views: spread(sensors, centre).into_iter().map(view).collect() }
+    }
+
+    /// Depth images of the points from far away, one a direction.
+    pub fn from_afar(points: &[Vec3], toward: &[Vec3], spacing_m: f32) -> Self {
+        let view = |&toward: &Vec3| View::new(points, None, -toward, 1.0, spacing_m);
+        Self {
+            views: if points.is_empty() { Vec::new() } else { toward.iter().map(view).collect() },
+        }
     }
 
     /// The verdict of all views on a piece of surface at `p` with outward `normal`; `None` when it faces none.
@@ -132,14 +136,12 @@ impl View {
     fn new(
         points: &[Vec3],
         position: Option<Vec3>,
-        far: Vec3,
-        centre: Vec3,
+        forward: Vec3,
+        range_m: f32,
         spacing_m: f32,
     ) -> Self {
-        let forward = position.and_then(|s| (centre - s).try_normalize()).unwrap_or(-far);
         let right = forward.any_orthonormal_vector();
         let view_from_site = Mat3::from_cols(right, forward.cross(right), forward).transpose();
-        let range_m = position.map_or(1.0, |s| (centre - s).length().max(1e-6));
         let mut view = Self {
             view_from_site,
             position,
@@ -236,12 +238,14 @@ mod tests {
 
     #[test]
     fn empty_above_hidden_below_here_on_the_floor() {
-        for sensors in [
-            vec![],
-            vec![Vec3::new(1.5, 1.5, 10.0)],
-            vec![Vec3::new(1.5, 1.5, 10.0), Vec3::new(9.0, 1.0, 8.0)],
+        let [above, aside] = [Vec3::new(1.5, 1.5, 10.0), Vec3::new(9.0, 1.0, 8.0)];
+        let oblique = Vec3::new(0.6, 0.0, 0.8);
+        for sight in [
+            Sight::from_afar(&floor(), &[Vec3::Z], 0.1),
+            Sight::from_afar(&floor(), &[Vec3::Z, oblique], 0.1),
+            Sight::new(&floor(), &[above], 0.1),
+            Sight::new(&floor(), &[above, aside], 0.1),
         ] {
-            let sight = Sight::new(&floor(), &sensors, Vec3::Z, 0.1);
             let at = |z: f32| sight.of_surface(Vec3::new(1.5, 1.4, z), Vec3::Z, 0.05);
             assert_eq!(at(0.5), Some(Seen::Through));
             assert_eq!(at(0.0), Some(Seen::Here));

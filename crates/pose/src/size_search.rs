@@ -13,7 +13,7 @@ use crate::search::{Task, propose};
 use crate::size::{Scale, check_sizes};
 use crate::template::{Template, templates};
 use crate::{PoseConfig, PoseError};
-use geom::{Bounds, Event, Observer, Pose, SeedTree, Vec3};
+use geom::{Bounds, Event, Observer, Pose, SeedTree, Stage, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, ModelId, Survey};
 
@@ -99,7 +99,7 @@ pub fn fit_block_size(
                 trial.blocks.len(),
                 100.0 * trial.explained
             );
-            observer.event(Event::Noted { stage: "size", message });
+            observer.event(Event::Noted { stage: Stage::Size, message });
             seen.push((factor, trial));
         }
         for (factor, trial) in peaks(seen, search.peaks) {
@@ -240,19 +240,15 @@ impl Look<'_> {
         for round in 0..ROUNDS {
             let smaller = self.smaller(factor);
             let noise = self.noise_sd_m / factor;
-            let checks = check_sizes(&smaller, &trial.blocks, self.catalog, noise, self.seed)
+            let sizes = check_sizes(&smaller, &trial.blocks, self.catalog, noise, self.seed)
                 .map_err(|source| {
                     let name = self.templates[0].model.name.clone();
                     PoseError::Mesh { name, source }
                 })?;
-            let Some(check) = checks.first() else { break };
-            let step = check.overall.factor;
+            let Some(&(_, told)) = sizes.first() else { break };
+            let step = told.factor;
             factor *= step;
-            let scale = Scale {
-                factor,
-                factor_sd: check.overall.factor_sd * factor,
-                blocks: check.overall.blocks,
-            };
+            let scale = Scale { factor, factor_sd: told.factor_sd * factor, ..told };
             trial = self.at(factor, if round == 0 { COARSE_REACH } else { 0.0 });
             proposal = Some(SizeProposal {
                 model,

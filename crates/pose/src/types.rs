@@ -242,7 +242,7 @@ impl Case<'_> {
         let reach_m = nearest_m + 2.0 * template.model.d_max_m;
         let sensors: Vec<Vec3> =
             self.survey.sensor_positions.iter().copied().filter(|s| away(s) <= reach_m).collect();
-        let far = self.measured.viewpoint.map_or(Vec3::Z, |v| v.toward);
+        let far = self.measured.viewpoint.as_ref();
         let (mut place, mut normal, mut expected) = (Vec::new(), Vec::new(), Vec::new());
         for &(p, n) in surface {
             let (p, n) = (site_from_block * p, site_from_block.rotation * n);
@@ -250,7 +250,7 @@ impl Case<'_> {
                 self.measured.sight.of_surface(p, n, margin),
                 Some(Seen::Here | Seen::Through)
             );
-            let facing = n.dot(toward_sensor(p, &sensors, far));
+            let facing = far.map_or_else(|| n.dot(toward_sensor(p, &sensors)), |far| far.facing(n));
             if self.buried(p) {
                 // Two solids cannot share a place: charged like surface that ought to be seen and is not.
                 plain_m2 += area_m2;

@@ -69,7 +69,7 @@ impl PileVerdict {
                 self.not_a_block
             ));
         }
-        if let Some(viewpoint) = self.viewpoint {
+        if let Some(viewpoint) = &self.viewpoint {
             told.push(format!("sensor positions unknown: taken as seen {}", viewpoint.name()));
         }
         told

@@ -1,18 +1,19 @@
-//! From which side a survey was measured that does not say so.
+//! From where a survey was measured that does not say so.
 //!
 //! A sensor hides what lies behind what it sees. Of several directions the one is believed from which the measured
 //! surface hides least of itself: nothing measured can have been hidden. From above is what most surveys are and
-//! is left only for a side that is clearly better.
+//! is left only for a side that is clearly better. Where every single direction hides much, the survey was put together
+//! from several: directions are added as long as each sees what none of the others did.
 
 use geom::{Bounds, Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// A direction from which a survey may have been measured.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The directions from which a survey may have been measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Viewpoint {
-    /// Unit vector to the far sensor.
-    pub toward: Vec3,
-    /// Share of the measured points that lie behind others.
+    /// Unit vectors to far sensors, at least one; each sees points that those before it do not.
+    pub toward: Vec<Vec3>,
+    /// Share of the measured points that lie behind others from all of them.
     pub hidden: f32,
 }
 
@@ -24,63 +25,142 @@ const POINTS: usize = 40_000;
 /// A side must hide less than this part of what the view from above hides, and that be more than [`CLEARLY`].
 const BETTER: f32 = 0.5;
 const CLEARLY: f32 = 0.03;
+/// More hidden points than this from the best single direction were seen from another one.
+const SEVERAL: f32 = 0.08;
+/// A further direction must see this share of the points that no other sees. Of two that see much the same the higher is
+/// taken, by this factor: a look along the ground expects to see under blocks what nobody saw.
+const FURTHER: f32 = 0.02;
+const LOWER: f32 = 1.25;
+/// Directions at most.
+const MOST: usize = 6;
 
 impl Viewpoint {
-    /// In words.
-    pub fn name(&self) -> String {
-        if self.toward.z > 0.99 {
-            return "from above".into();
+    /// The likeliest directions for points this far apart and blocks of this size.
+    pub(crate) fn likeliest(points: &[Vec3], spacing_m: f32, d_max_m: f32) -> Self {
+        let step = points.len().div_ceil(POINTS).max(1);
+        let sample: Vec<Vec3> = points.iter().copied().step_by(step).collect();
+        let pixel_m = pixel_m(spacing_m * (step as f32).sqrt());
+        let look =
+            |toward: Vec3| Look { toward, behind: behind(&sample, toward, pixel_m, d_max_m) };
+        let above = look(Vec3::Z);
+        if above.hidden() < CLEARLY {
+            return Self { toward: vec![Vec3::Z], hidden: above.hidden() };
         }
-        const SIDES: [&str; 8] = [
-            "east",
-            "north-east",
-            "north",
-            "north-west",
-            "west",
-            "south-west",
-            "south",
-            "south-east",
-        ];
-        let turn = self.toward.y.atan2(self.toward.x).rem_euclid(std::f32::consts::TAU);
-        let side = (turn / std::f32::consts::FRAC_PI_4).round() as usize % SIDES.len();
-        let height_deg = self.toward.z.asin().to_degrees();
-        format!("from the {}, {height_deg:.0}° above the horizon", SIDES[side])
-    }
-}
-
-/// The likeliest direction for points this far apart and blocks of this size.
-pub fn likeliest(points: &[Vec3], spacing_m: f32, d_max_m: f32) -> Viewpoint {
-    let step = points.len().div_ceil(POINTS).max(1);
-    let sample: Vec<Vec3> = points.iter().copied().step_by(step).collect();
-    let pixel_m = (1.6 * spacing_m * (step as f32).sqrt()).max(f32::MIN_POSITIVE);
-    let look =
-        |toward: Vec3| Viewpoint { toward, hidden: hidden(&sample, toward, pixel_m, d_max_m) };
-    let above = look(Vec3::Z);
-    if above.hidden < CLEARLY {
-        return above;
-    }
-    let mut best = Viewpoint { hidden: BETTER * above.hidden, ..above };
-    for height in HEIGHTS_DEG {
-        let (z, flat) = height.to_radians().sin_cos();
-        for k in 0..AROUND {
-            let (s, c) = (std::f32::consts::TAU * k as f32 / AROUND as f32).sin_cos();
-            let side = look(Vec3::new(flat * c, flat * s, z));
-            if side.hidden < best.hidden {
-                best = side;
+        let sides: Vec<Look> = sides().map(look).collect();
+        let best = sides.iter().min_by(|a, b| a.hidden().total_cmp(&b.hidden()));
+        let best = best.filter(|side| side.hidden() < BETTER * above.hidden()).unwrap_or(&above);
+        let mut toward = vec![best.toward];
+        let mut behind_all = best.behind.clone();
+        while share(&behind_all) >= SEVERAL && toward.len() < MOST {
+            let uncovered = |look: &Look| {
+                let new =
+                    look.behind.iter().zip(&behind_all).filter(|(here, all)| **all && !**here);
+                new.count() as f32 / sample.len() as f32
+            };
+            let mut next: Option<(&Look, f32)> = None;
+            for look in std::iter::once(&above).chain(&sides) {
+                let found = uncovered(look);
+                let better = next.is_none_or(|(held, best)| {
+                    let lower = look.toward.z < held.toward.z - 1e-3;
+                    found > if lower { LOWER * best } else { best }
+                });
+                if found >= FURTHER && better {
+                    next = Some((look, found));
+                }
+            }
+            let Some((look, _)) = next else { break };
+            toward.push(look.toward);
+            for (all, here) in behind_all.iter_mut().zip(&look.behind) {
+                *all &= here;
             }
         }
+        Self { toward, hidden: share(&behind_all) }
     }
-    if best.toward == Vec3::Z { above } else { best }
+
+    /// The direction from which each point was seen: the first from which it lies behind nothing.
+    pub(crate) fn of_each(&self, points: &[Vec3], spacing_m: f32, d_max_m: f32) -> Vec<Vec3> {
+        let mut seen_from = vec![self.toward[0]; points.len()];
+        if self.toward.len() == 1 {
+            return seen_from;
+        }
+        let pixel_m = pixel_m(spacing_m);
+        let mut open = behind(points, self.toward[0], pixel_m, d_max_m);
+        for &toward in &self.toward[1..] {
+            let behind = behind(points, toward, pixel_m, d_max_m);
+            for ((from, open), behind) in seen_from.iter_mut().zip(&mut open).zip(behind) {
+                if *open && !behind {
+                    (*from, *open) = (toward, false);
+                }
+            }
+        }
+        seen_from
+    }
+
+    /// Largest cosine between an outward normal and the directions.
+    pub(crate) fn facing(&self, normal: Vec3) -> f32 {
+        self.toward.iter().map(|toward| normal.dot(*toward)).fold(-1.0, f32::max)
+    }
+
+    /// In words.
+    pub fn name(&self) -> String {
+        let names: Vec<String> = self.toward.iter().map(|&toward| name(toward)).collect();
+        names.join(", ")
+    }
 }
 
-/// Share of the points behind others, more than a quarter of d_max deep, along parallel rays.
-fn hidden(points: &[Vec3], toward: Vec3, pixel_m: f32, d_max_m: f32) -> f32 {
+/// A direction in words.
+fn name(toward: Vec3) -> String {
+    if toward.z > 0.99 {
+        return "from above".into();
+    }
+    const SIDES: [&str; 8] =
+        ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"];
+    let turn = toward.y.atan2(toward.x).rem_euclid(std::f32::consts::TAU);
+    let side = (turn / std::f32::consts::FRAC_PI_4).round() as usize % SIDES.len();
+    let height_deg = toward.z.asin().to_degrees();
+    format!("from the {}, {height_deg:.0}° above the horizon", SIDES[side])
+}
+
+/// A direction and which points lie behind others from it.
+struct Look {
+    toward: Vec3,
+    behind: Vec<bool>,
+}
+
+impl Look {
+    fn hidden(&self) -> f32 {
+        share(&self.behind)
+    }
+}
+
+fn share(of: &[bool]) -> f32 {
+    of.iter().filter(|b| **b).count() as f32 / of.len().max(1) as f32
+}
+
+/// Side of a pixel in which points this far apart leave hardly a gap.
+fn pixel_m(spacing_m: f32) -> f32 {
+    (1.6 * spacing_m).max(f32::MIN_POSITIVE)
+}
+
+/// The sides looked from, high ones first.
+fn sides() -> impl Iterator<Item = Vec3> {
+    HEIGHTS_DEG.into_iter().rev().flat_map(|height| {
+        let (z, flat) = height.to_radians().sin_cos();
+        (0..AROUND).map(move |k| {
+            let (s, c) = (std::f32::consts::TAU * k as f32 / AROUND as f32).sin_cos();
+            Vec3::new(flat * c, flat * s, z)
+        })
+    })
+}
+
+/// Which points lie behind others, more than a quarter of d_max deep, along parallel rays.
+fn behind(points: &[Vec3], toward: Vec3, pixel_m: f32, d_max_m: f32) -> Vec<bool> {
     let right = toward.any_orthonormal_vector();
     let view = Mat3::from_cols(right, toward.cross(right), toward).transpose();
     let seen: Vec<Vec3> = points.iter().map(|&p| view * p).collect();
     let bounds = Bounds::of(seen.iter().copied());
     if bounds.is_empty() {
-        return 0.0;
+        return Vec::new();
     }
     let pixel_m = pixel_m.max(bounds.size().max_element() / 2048.0);
     let width = (bounds.size().x / pixel_m) as usize + 1;
@@ -94,8 +174,7 @@ fn hidden(points: &[Vec3], toward: Vec3, pixel_m: f32, d_max_m: f32) -> f32 {
         let at = pixel(p);
         nearest[at] = nearest[at].max(p.z);
     }
-    let behind = seen.iter().filter(|p| p.z < nearest[pixel(p)] - 0.25 * d_max_m).count();
-    behind as f32 / seen.len() as f32
+    seen.iter().map(|p| p.z < nearest[pixel(p)] - 0.25 * d_max_m).collect()
 }
 
 #[cfg(test)]
@@ -115,12 +194,35 @@ mod tests {
         points
     }
 
+    fn likeliest(points: &[Vec3]) -> Viewpoint {
+        Viewpoint::likeliest(points, 0.05, 1.0)
+    }
+
     #[test]
     fn from_above_unless_a_side_hides_clearly_less() {
-        assert_eq!(likeliest(&floor(false), 0.05, 1.0).toward, Vec3::Z);
-        assert_eq!(likeliest(&[], 0.1, 1.0).toward, Vec3::Z);
-        let side = likeliest(&floor(true), 0.05, 1.0);
-        assert!(side.toward.z < 0.8 && side.hidden < 0.05, "{side:?}");
+        assert_eq!(likeliest(&floor(false)).toward, [Vec3::Z]);
+        assert_eq!(likeliest(&[]).toward, [Vec3::Z]);
+        let side = likeliest(&floor(true));
+        assert!(side.toward.len() == 1 && side.toward[0].z < 0.8 && side.hidden < 0.05, "{side:?}");
         assert!(side.name().contains("above the horizon"), "{}", side.name());
+    }
+
+    /// Both sides of a wall and the roof over both: no single direction sees more than one side.
+    #[test]
+    fn what_one_direction_hides_another_has_seen() {
+        let mut points = Vec::new();
+        for i in 0..160 * 40 {
+            let (y, z) = ((i % 160) as f32 * 0.05, (i / 160) as f32 * 0.05);
+            points.extend([-0.5, 0.5].map(|x| Vec3::new(x, y, z)));
+            points.extend([z - 1.0, z - 1.0].map(|x| Vec3::new(x, y, 2.0)));
+        }
+        let found = likeliest(&points);
+        let sees = |side: f32| found.toward.iter().any(|toward| side * toward.x > 0.4);
+        assert!(sees(1.0) && sees(-1.0) && found.hidden < SEVERAL, "{found:?}");
+        let from = found.of_each(&points, 0.05, 1.0);
+        let right =
+            points.iter().zip(&from).filter(|(p, from)| p.x.abs() == 0.5 && p.x * from.x > 0.0);
+        assert!(right.count() > 11_000, "of 12,800 points of the wall");
+        assert!(found.facing(Vec3::X) > 0.5 && found.facing(Vec3::NEG_Z) < 0.0);
     }
 }

@@ -137,10 +137,14 @@ fn plan(marks: &[ChangeMark], surveys: Option<&SurveyPictures>) -> String {
     let length = |m: &ChangeMark| m.shift_m.map_or(0.0, |[x, y]| x.hypot(y));
     let longest = marks.iter().filter(moved).map(length).fold(0.0, f64::max);
     let times = if longest > 0.0 { nice(ARROW * size / longest) } else { 1.0 };
+    let arrows = match longest > 0.0 {
+        true => format!("; arrows are {times} times as long as the movement"),
+        false => String::new(),
+    };
     let (w, h) = (east - west + 2.0 * margin, north - south + 2.0 * margin);
     let radius = size / 90.0;
     let mut out = format!(
-        "<h2>Plan</h2><p class=\"key\">North is up; arrows are {times} times as long as the movement. {}</p>\n{}<svg id=\"plan\" viewBox=\"0 0 {w:.3} {h:.3}\" role=\"img\" aria-label=\"plan of all blocks\">\n{}<g id=\"blocks\">\n",
+        "<h2>Plan</h2><p class=\"key\">North is up{arrows}. {}</p>\n{}<svg id=\"plan\" viewBox=\"0 0 {w:.3} {h:.3}\" role=\"img\" aria-label=\"plan of all blocks\">\n{}<g id=\"blocks\">\n",
         legend(marks),
         surveys.map(controls).unwrap_or_default(),
         surveys.map(|s| layers(s, [west - margin, north + margin])).unwrap_or_default()
@@ -259,8 +263,9 @@ fn histogram(marks: &[ChangeMark]) -> String {
         )
     };
     let bars: String = counts.iter().enumerate().map(bar).collect();
+    let blocks = if top > 1.0 { "blocks" } else { "block" };
     format!(
-        "<h2>How far blocks went</h2><p>{} blocks seen in both surveys; the bars go from 0 to {most:.3} m, the highest is {top} blocks.</p>\n\
+        "<h2>How far blocks went</h2><p>{} blocks seen in both surveys; the bars go from 0 to {most:.3} m, the highest is {top} {blocks}.</p>\n\
 <svg viewBox=\"0 0 400 102\" role=\"img\" aria-label=\"histogram of distances\">\n{bars}</svg>\n",
         distances.len()
     )

@@ -1,7 +1,7 @@
 //! The page as a whole: what a browser gets, and that nobody can put code into it.
 
 use base64::Engine;
-use geom::{HeightMap, PointCloud, Pose, Quat, SeedTree, Vec2, Vec3, Warning};
+use geom::{HeightMap, PointCloud, Pose, Quat, SeedTree, Stage, Vec2, Vec3, Warning};
 use report::*;
 use scene::*;
 use std::io::Read;
@@ -145,7 +145,7 @@ fn input(f: &Fixture) -> ReportInput<'_> {
         values: vec![1.0, 2.0, 2.5, f32::NAN],
     }];
     input.assumptions = vec![EVIL.into()];
-    input.warnings = vec![Warning { stage: "pose", message: EVIL.into() }];
+    input.warnings = vec![Warning { stage: Stage::Pose, message: EVIL.into() }];
     input.provenance = vec![(EVIL.into(), EVIL.into())];
     input
 }

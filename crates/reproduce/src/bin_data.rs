@@ -4,10 +4,14 @@
 //! our gear shaft and eye bolt, and `XA_A.txt`, `XA_B.txt`, `XA_C.txt` (`x y z score instance`, in tenths of a metre), on which
 //! weights trained on our plates and bracket are judged.
 
-use crate::ReproduceError;
-use geom::{DVec3, Observer, PointCloud, Vec3};
+use crate::bin_parts::BinPart;
+use crate::bin_rows::Reading;
+use crate::markdown::percent;
+use crate::{Bench, ReproduceError};
+use geom::{DVec3, Observer, PointCloud, SeedTree, Vec3};
 use metrics::{LabelFigures, Labelled, Zero, label_figures, match_labels};
 use scene::BlockModel;
+use segment::{SegmentConfig, SegmentModel, segment};
 use std::path::{Path, PathBuf};
 
 /// Files and where they come from.
@@ -17,6 +21,8 @@ const SCENES: [(&str, &str); 3] =
     [("holed-plate", "XA_A.txt"), ("hook-plate", "XA_B.txt"), ("bracket", "XA_C.txt")];
 const SOURCES: &str = "the meshes are part of Fraunhofer IPA's bin-picking data set, the scenes lie in `datas/` of the authors' \
                        repository xyjbaal/FPCC as A.txt, B.txt, C.txt";
+/// How far a part may reach from its middle, metres.
+const PART_M: std::ops::RangeInclusive<f32> = 0.005..=1.0;
 /// Metres of a unit in the scenes' files.
 const SCENE_UNIT_M: f64 = 0.1;
 
@@ -51,8 +57,21 @@ impl BinData {
     /// The mesh that takes the place of one of our parts, if the folder has it.
     pub fn model(&self, part: &str) -> Result<Option<BlockModel>, ReproduceError> {
         let Some(path) = self.file(part, &MESHES) else { return Ok(None) };
-        let mesh = io::mesh::read(&path)?;
-        Ok(Some(blocks::mesh_model(part, &mesh, 7850.0)?))
+        let wrong = |message: String| ReproduceError::DataFile {
+            file: path.display().to_string(),
+            message,
+        };
+        let mesh = io::mesh::read(&path).map_err(|e| wrong(e.to_string()))?;
+        let model = blocks::mesh_model(part, &mesh, 7850.0).map_err(|e| wrong(e.to_string()))?;
+        if !PART_M.contains(&model.d_max_m) {
+            return Err(wrong(format!(
+                "the part reaches {} m from its middle, {} to {} are expected: its numbers must be metres",
+                model.d_max_m,
+                PART_M.start(),
+                PART_M.end()
+            )));
+        }
+        Ok(Some(model))
     }
 
     /// The scene on which weights for one of our parts are judged, if the folder has it.
@@ -62,7 +81,15 @@ impl BinData {
         observer: &dyn Observer,
     ) -> Result<Option<ForeignScene>, ReproduceError> {
         let Some(path) = self.file(part, &SCENES) else { return Ok(None) };
-        let read = io::label_cloud::read(&path, None, observer)?;
+        let wrong = |message: String| ReproduceError::DataFile {
+            file: path.display().to_string(),
+            message,
+        };
+        let read =
+            io::label_cloud::read(&path, None, observer).map_err(|e| wrong(e.to_string()))?;
+        if !read.instance.iter().any(|&i| i >= 0) {
+            return Err(wrong("no point belongs to an instance: all numbers are below 0".into()));
+        }
         let position: Vec<DVec3> = read.position.iter().map(|p| *p * SCENE_UNIT_M).collect();
         let first = position.first().copied().unwrap_or_default();
         let local: Vec<Vec3> = position.iter().map(|p| (*p - first).as_vec3()).collect();
@@ -77,6 +104,23 @@ impl BinData {
 }
 
 impl ForeignScene {
+    /// What weights make of it under one of the readings that need no sensor.
+    pub fn segmented(
+        &self,
+        bench: &Bench,
+        part: &BinPart,
+        model: &SegmentModel,
+        reading: Reading,
+    ) -> Result<LabelFigures, ReproduceError> {
+        let config = match reading {
+            Reading::Votes | Reading::Poses => SegmentConfig::default(),
+            Reading::Own | Reading::Thesis => SegmentConfig::thesis(),
+        };
+        let seed = SeedTree::new(bench.settings.seed).child("foreign", 0);
+        let found = segment(&self.cloud, &part.catalog, model, &config, seed, bench.observer)?;
+        self.judged(&found.instance, part.unit_m())
+    }
+
     /// Labels of its points against the truth. The scenes number their instances from 0.
     pub fn judged(&self, labels: &[u32], d_max_m: f32) -> Result<LabelFigures, ReproduceError> {
         // Ours count from 1.
@@ -90,6 +134,18 @@ impl ForeignScene {
     }
 }
 
+/// A row of a table of the scenes of others: scene, network, P, R, AP50, coverage in percent.
+pub fn foreign_row(scene: &str, network: &str, figures: &LabelFigures) -> [String; 6] {
+    [
+        scene.to_string(),
+        network.to_string(),
+        percent(figures.counts.precision()),
+        percent(figures.counts.recall()),
+        percent(figures.average_precision.ap50),
+        percent(figures.coverage),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,6 +156,55 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let error = BinData::of(folder.path()).err().unwrap().to_string();
         assert!(error.contains("XA_A.txt") && error.contains("xyjbaal/FPCC"), "{error}");
+    }
+
+    /// A cube of this edge as an STL file's text.
+    fn cube(edge: f32) -> String {
+        let mut text = String::from("solid cube\n");
+        let quads =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let corner = |i: usize| {
+            let at = |bit: usize| if i >> bit & 1 == 1 { edge } else { 0.0 };
+            format!("vertex {} {} {}\n", at(0), at(1), at(2))
+        };
+        for [a, b, c, d] in quads {
+            for face in [[a, b, c], [a, c, d]] {
+                text += "facet normal 0 0 0\nouter loop\n";
+                face.iter().for_each(|&i| text += &corner(i));
+                text += "endloop\nendfacet\n";
+            }
+        }
+        text + "endsolid cube\n"
+    }
+
+    #[test]
+    fn a_mesh_in_millimetres_or_of_nothing_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("IPAGearShaft.stl");
+        let model = |text: &str| {
+            std::fs::write(&file, text).unwrap();
+            BinData::of(folder.path()).unwrap().model("gear-shaft")
+        };
+        assert!(model(&cube(0.1)).unwrap().is_some());
+        for text in [&cube(100.0), "solid cube\nendsolid cube\n", ""] {
+            let error = model(text).unwrap_err();
+            assert!(
+                error.is_bad_input() && error.to_string().contains("IPAGearShaft.stl"),
+                "{error}"
+            );
+        }
+        assert!(model(&cube(100.0)).unwrap_err().to_string().contains("metres"));
+    }
+
+    #[test]
+    fn a_scene_without_instances_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        for text in ["0 0 0 0.5 -1\n1 0 0 0.5 -1\n", "0 0 0\n", ""] {
+            std::fs::write(folder.path().join("XA_C.txt"), text).unwrap();
+            let data = BinData::of(folder.path()).unwrap();
+            let error = data.scene("bracket", &Silent).err().unwrap();
+            assert!(error.is_bad_input() && error.to_string().contains("XA_C.txt"), "{error}");
+        }
     }
 
     #[test]

@@ -21,6 +21,10 @@ pub struct RowResult {
     pub ap50: Option<f64>,
     /// Mean wall time a scene, seconds.
     pub seconds: f64,
+    /// Mean points of a scene.
+    pub points: f64,
+    /// Largest memory a scene took beyond what was held before, MB, where the system tells.
+    pub peak_mb: Option<f64>,
     /// Optimiser steps of its network; 0 without training.
     pub steps: u64,
 }
@@ -29,6 +33,11 @@ impl RowResult {
     /// Share of its instances that are right.
     pub fn precision(&self) -> Option<f64> {
         (self.right + self.wrong > 0).then(|| self.right as f64 / (self.right + self.wrong) as f64)
+    }
+
+    /// Wall time for 100,000 points, seconds.
+    pub fn seconds_for_100_000(&self) -> Option<f64> {
+        (self.points > 0.0).then(|| self.seconds * 1e5 / self.points)
     }
 
     /// Share of the parts asked for that were found.
@@ -48,18 +57,19 @@ struct Kept {
 pub struct RowsOnDisk {
     folder: PathBuf,
     settings: String,
+    trainings: String,
 }
 
 impl RowsOnDisk {
-    /// Makes the folder.
-    pub fn at(folder: &Path, settings: String) -> Result<Self, ReproduceError> {
+    /// Makes the folder. `trainings`: of the settings those that a training depends on.
+    pub fn at(folder: &Path, settings: String, trainings: String) -> Result<Self, ReproduceError> {
         std::fs::create_dir_all(folder).map_err(|e| failed(folder, e))?;
-        Ok(Self { folder: folder.to_owned(), settings })
+        Ok(Self { folder: folder.to_owned(), settings, trainings })
     }
 
-    /// Where a row's training is kept.
+    /// Where a row's training is kept: one begun with another seed or length has another place.
     pub fn training(&self, row: &str) -> PathBuf {
-        self.folder.join(file_name(row))
+        self.folder.join(training_folder(row, &self.trainings))
     }
 
     /// The row's result from before, or made now and kept.
@@ -89,6 +99,16 @@ fn failed(path: &Path, source: std::io::Error) -> ReproduceError {
     ReproduceError::File { file: path.display().to_string(), source }
 }
 
+/// Name of a training's folder: what it is of, and eight digits that stand for the settings it depends on.
+pub fn training_folder(of: &str, settings: &str) -> String {
+    format!("{}-{}", file_name(of), digits(settings.as_bytes()))
+}
+
+/// Eight digits that stand for something.
+pub fn digits(of: &[u8]) -> String {
+    blake3::hash(of).to_hex()[..8].to_string()
+}
+
 /// Words of a row's name, as a file may be called.
 fn file_name(row: &str) -> String {
     let words = row.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty());
@@ -103,7 +123,11 @@ mod tests {
     fn a_row_is_made_once_under_the_same_settings() {
         let folder = tempfile::tempdir().unwrap();
         let result = RowResult { right: 3, wrong: 1, missed: 2, ..Default::default() };
-        let at = |settings: &str| RowsOnDisk::at(folder.path(), settings.into()).unwrap();
+        let at = |settings: &str| {
+            RowsOnDisk::at(folder.path(), settings.into(), settings.into()).unwrap()
+        };
+        assert_eq!(at("a").training("FPCC (text)"), at("a").training("FPCC, text"));
+        assert_ne!(at("a").training("FPCC (text)"), at("b").training("FPCC (text)"));
         assert_eq!(at("a").row("FPCC (text)", || Ok(result.clone())).unwrap(), result);
         let not_again = || -> Result<RowResult, ReproduceError> { panic!("made twice") };
         assert_eq!(at("a").row("FPCC (text)", not_again).unwrap(), result);
@@ -112,6 +136,8 @@ mod tests {
         std::fs::write(folder.path().join("fpcc-text.json"), "{\"sett").unwrap();
         assert_eq!(at("b").row("FPCC (text)", || Ok(result.clone())).unwrap(), result);
         assert_eq!(result.precision(), Some(0.75));
+        let timed = RowResult { seconds: 0.5, points: 5e4, ..Default::default() };
+        assert_eq!((timed.seconds_for_100_000(), other.seconds_for_100_000()), (Some(1.0), None));
         assert_eq!((result.recall(), other.recall()), (Some(0.6), None));
     }
 }

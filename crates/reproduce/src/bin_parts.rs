@@ -1,5 +1,6 @@
 //! The five parts of chapter 2 in our own make, what is learnt of them and what is judged on.
 
+use crate::bin_kept::digits;
 use crate::{Bench, ReproduceError};
 use geom::{SeedTree, Vec3};
 use scene::{BlockModel, Catalog};
@@ -64,6 +65,14 @@ impl BinPart {
     /// d_max of the part, metres.
     pub fn unit_m(&self) -> f32 {
         self.catalog.d_max_m()
+    }
+
+    /// Eight digits that stand for its mesh: another one of the user's has others.
+    pub fn mesh_digits(&self) -> String {
+        let vertices = self.catalog.iter().flat_map(|(_, model)| &model.mesh.vertices);
+        let bytes: Vec<u8> =
+            vertices.flat_map(|v| v.to_array()).flat_map(f32::to_le_bytes).collect();
+        digits(&bytes)
     }
 
     fn lessons(&self) -> Result<Lessons, ReproduceError> {

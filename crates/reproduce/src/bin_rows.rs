@@ -2,6 +2,7 @@
 
 use crate::bin_kept::{RowResult, RowsOnDisk};
 use crate::bin_parts::{BinPart, in_units};
+use crate::peak_memory::with_peak;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::segmentation_shapes::of_blocks;
 use crate::{Bench, ReproduceError};
@@ -241,21 +242,26 @@ impl Trained {
         steps: u64,
     ) -> Result<RowResult, ReproduceError> {
         let mut judged = Vec::new();
-        let mut seconds = 0.0;
+        let (mut seconds, mut points, mut peak) = (0.0, 0, None);
         for scene in scenes {
             let from = (bench.clock)();
-            let found = self.instances(bench, part, scene, reading, gamma)?;
+            let (found, bytes) = with_peak(|| self.instances(bench, part, scene, reading, gamma));
             seconds += (bench.clock)() - from;
-            judged.push(Judged::of(&found, scene));
+            points += scene.survey.cloud.len();
+            peak = peak.max(bytes);
+            judged.push(Judged::of(&found?, scene));
         }
         let v = verdict(&judged)?;
+        let count = scenes.len().max(1) as f64;
         Ok(RowResult {
             right: v.counts.true_positives,
             wrong: v.counts.false_positives,
             missed: v.counts.false_negatives,
             ap: v.ap,
             ap50: v.ap50,
-            seconds: seconds / scenes.len().max(1) as f64,
+            seconds: seconds / count,
+            points: points as f64 / count,
+            peak_mb: peak.map(|bytes| bytes as f64 / 1e6),
             steps,
         })
     }

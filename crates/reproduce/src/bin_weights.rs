@@ -1,6 +1,6 @@
 //! Weights as they are on the five parts: no training, the bin cut away and in view.
 
-use crate::bin_data::BinData;
+use crate::bin_data::{BinData, foreign_row};
 use crate::bin_parts::{BinPart, bin_parts};
 use crate::bin_rows::{Reading, Trained};
 use crate::markdown::percent;
@@ -17,6 +17,9 @@ pub const EXPERIMENT: Experiment = Experiment {
 const READINGS: [(&str, Reading); 3] =
     [("Algorithm 1", Reading::Thesis), ("votes", Reading::Votes), ("poses", Reading::Poses)];
 
+/// Parts of a quick page.
+const QUICK_PARTS: usize = 2;
+
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let data = bench.data.map(BinData::of).transpose()?;
     let own = |name: &str| data.as_ref().map_or(Ok(None), |d| d.model(name));
@@ -25,11 +28,10 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     heads.extend(["votes AP50 %", "votes s", "poses s"].map(String::from));
     let mut table = Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     let mut weights = Vec::new();
-    for part in bin_parts(&own)? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&part.catalog)?,
-        };
+    let parts = bin_parts(&own)?;
+    let shown = if bench.settings.quick { QUICK_PARTS } else { parts.len() };
+    for part in &parts[..shown] {
+        let model = weights_for(bench, part)?;
         let line = weights_line(&model)?;
         if !weights.contains(&line) {
             weights.push(line);
@@ -37,15 +39,50 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         let trained = Trained::Model(Box::new(model));
         let count = bench.settings.scenes;
         let cut_away = part.held_out(bench, count)?;
-        table.row(row(bench, &part, &trained, &cut_away, "cut away")?);
+        table.row(row(bench, part, &trained, &cut_away, "cut away")?);
         let in_view: Vec<SynthScene> =
             (0..count).map(|i| part.seen_bin(bench, i)).collect::<Result<_, _>>()?;
-        table.row(row(bench, &part, &trained, &in_view, "in view")?);
+        table.row(row(bench, part, &trained, &in_view, "in view")?);
     }
+    let foreign = data.map(|d| foreign_table(bench, &parts, &d)).transpose()?;
     Ok(format!(
-        "{} scenes a row; parts hidden to 80 % or more are not asked for. Weights: {}.\n\n{}",
+        "{} scenes a row; parts hidden to 80 % or more are not asked for. Weights: {}.\n\n{}{}",
         bench.settings.scenes,
         weights.join("; "),
+        table.finish(),
+        foreign.unwrap_or_default()
+    ))
+}
+
+fn weights_for(bench: &Bench, part: &BinPart) -> Result<SegmentModel, ReproduceError> {
+    match bench.model {
+        Some(model) => Ok(model.clone()),
+        None => Ok(SegmentModel::shipped(&part.catalog)?),
+    }
+}
+
+/// The scenes of others that the folder has, our parts standing for theirs; nothing where it has none.
+fn foreign_table(
+    bench: &Bench,
+    parts: &[BinPart],
+    data: &BinData,
+) -> Result<String, ReproduceError> {
+    let mut table = Table::new(&["scene", "reading", "P %", "R %", "AP50 %", "coverage %"]);
+    let mut rows_made = 0;
+    for part in parts {
+        let Some(scene) = data.scene(part.name, bench.observer)? else { continue };
+        let model = weights_for(bench, part)?;
+        for (name, reading) in &READINGS[..2] {
+            let figures = scene.segmented(bench, part, &model, *reading)?;
+            table.row(foreign_row(part.stands_for, name, &figures));
+            rows_made += 1;
+        }
+    }
+    if rows_made == 0 {
+        return Ok(String::new());
+    }
+    Ok(format!(
+        "\n## The authors' scenes\n\nThe weights are told d_max of our part that stands for theirs.\n\n{}",
         table.finish()
     ))
 }

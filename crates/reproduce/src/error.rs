@@ -34,6 +34,30 @@ pub enum ReproduceError {
     Io(#[from] io::IoError),
     #[error("{folder}: none of {wanted} is in it; {sources}")]
     Data { folder: String, wanted: String, sources: &'static str },
+    #[error("{file}: {message}")]
+    DataFile { file: String, message: String },
+    #[error("--data: {experiment} takes none; {takers} do")]
+    NoData { experiment: &'static str, takers: String },
     #[error("stopped")]
     Stopped,
+}
+
+impl ReproduceError {
+    /// Whether the user asked to stop.
+    pub fn is_interruption(&self) -> bool {
+        match self {
+            Self::Stopped
+            | Self::Segment(segment::SegmentError::Cancelled)
+            | Self::Pose(pose::PoseError::Cancelled)
+            | Self::Plan(plan::PlanError::Cancelled)
+            | Self::Monitor(monitor::MonitorError::Stopped) => true,
+            Self::Pipeline(error) => error.is_interruption(),
+            _ => false,
+        }
+    }
+
+    /// Whether a folder or file of the user's is at fault.
+    pub fn is_bad_input(&self) -> bool {
+        matches!(self, Self::Data { .. } | Self::DataFile { .. } | Self::NoData { .. })
+    }
 }

@@ -5,6 +5,7 @@
 //! calls stages with the settings it compares, and asks `metrics`.
 
 mod as_built;
+mod back_test;
 mod bin_data;
 mod bin_kept;
 mod bin_parts;
@@ -15,6 +16,7 @@ mod error;
 mod markdown;
 mod monitoring;
 mod monitoring_score;
+mod peak_memory;
 mod placement_ambiguity;
 mod placement_network;
 mod planning_limit;
@@ -132,7 +134,26 @@ pub const EXPERIMENTS: &[Experiment] = &[
     planning_ratings::EXPERIMENT,
     monitoring::EXPERIMENT,
     as_built::EXPERIMENT,
+    back_test::EXPERIMENT,
 ];
+
+/// Experiments that take parts and scenes of others.
+const TAKE_DATA: [&str; 2] = ["bin-picking", "bin-weights"];
+
+impl Experiment {
+    /// Whether it takes parts and scenes of others.
+    pub fn takes_data(&self) -> bool {
+        TAKE_DATA.contains(&self.name)
+    }
+
+    /// The complaint where a folder of them is given to one that takes none.
+    pub fn refuse_data(&self) -> Result<(), ReproduceError> {
+        if self.takes_data() {
+            return Ok(());
+        }
+        Err(ReproduceError::NoData { experiment: self.name, takers: TAKE_DATA.join(" and ") })
+    }
+}
 
 /// The experiment of that name.
 pub fn find(name: &str) -> Option<&'static Experiment> {
@@ -181,5 +202,8 @@ mod tests {
             assert_eq!(find(e.name).unwrap().about, e.about);
         }
         assert!(find("nothing").is_none());
+        assert!(TAKE_DATA.iter().all(|name| find(name).unwrap().refuse_data().is_ok()));
+        let refused = find("pose-sites").unwrap().refuse_data().unwrap_err();
+        assert!(refused.is_bad_input() && refused.to_string().contains("bin-weights"), "{refused}");
     }
 }

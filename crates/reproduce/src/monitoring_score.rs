@@ -2,7 +2,7 @@
 
 use crate::markdown::percent;
 use crate::monitoring::{EpochPair, shown, unshown};
-use geom::Vec3;
+use geom::{MeshQuery, Vec3};
 use monitor::{Change, Class, Comparison};
 use scene::{Catalog, InstanceId, PlacedBlock, Recognised, stated};
 use std::collections::HashMap;
@@ -15,7 +15,9 @@ pub(crate) struct Score {
     unmoved: Share,
     unmoved_doubtful: usize,
     moved: Share,
+    mistaken: Share,
     missing: Share,
+    missing_at_all: Share,
     missing_claims: Share,
     new: Share,
     new_claims: Share,
@@ -51,9 +53,10 @@ impl Share {
 }
 
 /// Names of what [`Score::errors`] counts.
-const ERRORS: [&str; 7] = [
+const ERRORS: [&str; 8] = [
     "move not found",
     "false change",
+    "another block",
     "missing not found",
     "false missing",
     "new not found",
@@ -65,6 +68,12 @@ pub(crate) const WRONG_HEAD: &str = "scene,error,what,shift_m,turn_deg,class,mod
 
 /// Truth below this is no movement.
 const STILL: (f32, f32) = (0.002, 0.001);
+/// A block recognised twice that moved or turned by more is one whose move is to be found, whatever its level would be.
+const APART: (f32, f32) = (0.2, 0.1);
+/// Share of what the first survey shows of a block from which the second one has a free line, for its place to be in view.
+const IN_VIEW: f64 = 0.5;
+/// Points asked for that.
+const LINES: usize = 100;
 /// A recognised block is this one when its centre and rotation are this near, in block lengths and radians.
 const SAME: (f32, f32) = (0.1, 0.0873);
 /// A block is well seen when at most this share of it is hidden.
@@ -76,12 +85,14 @@ const FACE_BLOCKS: f32 = 0.03;
 const FACE_BLOCKS2: f32 = 0.005;
 
 impl Score {
-    pub const HEADS: [&'static str; 10] = [
+    pub const HEADS: [&'static str; 12] = [
         "surveys",
         "moves ≥ 3 levels found",
         "false of unmoved",
         "doubtful of unmoved",
-        "missing R",
+        "pairs of two blocks",
+        "missing R, place in view",
+        "missing R, all",
         "missing P",
         "new R",
         "new P",
@@ -125,11 +136,12 @@ impl Score {
     }
 
     /// How many errors there are of each of [`ERRORS`].
-    fn errors(&self) -> [usize; 7] {
+    fn errors(&self) -> [usize; 8] {
         let missed = |s: &Share| s.of - s.hits;
         [
             missed(&self.moved),
             self.unmoved.hits,
+            self.mistaken.hits,
             missed(&self.missing),
             missed(&self.missing_claims),
             missed(&self.new),
@@ -143,24 +155,17 @@ impl Score {
         let of_later = change.later_id.and_then(|id| truth.later.get(&id));
         match (change.earlier_id, change.later_id) {
             (Some(_), Some(_)) => {
-                if let (Some(a), Some(b)) = (of_earlier, of_later)
-                    && std::ptr::eq(*a, *b)
-                {
+                let (Some(a), Some(b)) = (of_earlier, of_later) else { return };
+                let same = std::ptr::eq(*a, *b);
+                let stated = !matches!(change.class, Class::Doubtful | Class::Hidden);
+                self.mistaken.count(!same && stated);
+                if same {
                     self.matched(pair, change, a);
                 }
             }
             (Some(_), None) => {
                 let Some(event) = of_earlier else { return };
-                let gone = event.what == What::Missing;
-                if gone && !truth.is_taken(pair, event) {
-                    self.missing.count(change.class == Class::Missing);
-                }
-                if change.class == Class::Missing {
-                    self.missing_claims.count(gone || truth.went_far(pair, event));
-                }
-                if event.what != What::Missing && truth.went_far(pair, event) {
-                    self.moved.count(change.class == Class::Missing);
-                }
+                self.seen_first_only(pair, truth, change, event);
             }
             (None, Some(_)) => {
                 let Some(event) = of_later else { return };
@@ -173,6 +178,36 @@ impl Score {
                 }
             }
             (None, None) => {}
+        }
+    }
+
+    fn seen_first_only(
+        &mut self,
+        pair: &EpochPair,
+        truth: &Truth,
+        change: &Change,
+        event: &TrueChange,
+    ) {
+        let gone = event.what == What::Missing;
+        let called = change.class == Class::Missing;
+        if gone && !truth.is_taken(pair, event) {
+            self.missing_at_all.count(called);
+            if place_in_view(pair, event) {
+                self.missing.count(called);
+            }
+        }
+        if called {
+            self.missing_claims.count(gone || truth.went_far(pair, event));
+        }
+        if gone {
+            return;
+        }
+        let recognised_again = truth.later.values().any(|e| std::ptr::eq(*e, event));
+        let moved = event.shift_m.length() > APART.0 || event.turn_rad > APART.1;
+        if truth.went_far(pair, event) {
+            self.moved.count(called);
+        } else if recognised_again && moved {
+            self.moved.count(false);
         }
     }
 
@@ -215,7 +250,9 @@ impl Score {
             self.moved.text(),
             self.unmoved.text(),
             self.unmoved_doubtful.to_string(),
+            self.mistaken.text(),
             self.missing.text(),
+            self.missing_at_all.text(),
             self.missing_claims.text(),
             self.new.text(),
             self.new_claims.text(),
@@ -339,6 +376,41 @@ pub(crate) fn known<'a>(
     }
     out
 }
+
+/// Whether the second survey has a free line to most of what the first one shows of a block: from each of these points straight
+/// to the sensor that passed nearest over it, past the blocks as they really lie then.
+fn place_in_view(pair: &EpochPair, event: &TrueChange) -> bool {
+    let Some(id) = event.earlier else { return false };
+    let (before, after) = (&pair.before, &pair.after.scene);
+    let own = before.survey.cloud.position_m.iter().zip(&before.instance);
+    let own: Vec<Vec3> = own.filter(|(_, i)| **i == id.0).map(|(p, _)| *p).collect();
+    let sensors: Vec<Vec3> =
+        after.survey.sensor_positions.iter().map(|s| unshown(&pair.datum, *s)).collect();
+    let solids: Vec<Option<MeshQuery>> =
+        pair.catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).ok()).collect();
+    let free = |p: &Vec3| {
+        let across = |s: &&Vec3| (s.truncate() - p.truncate()).length();
+        let nearest = sensors.iter().min_by(|a, b| across(a).total_cmp(&across(b)));
+        let to = nearest.map_or(Vec3::Z, |s| (*s - *p).normalize_or(Vec3::Z));
+        !after.scene.blocks.iter().any(|b| {
+            let model = pair.catalog.get(b.model);
+            let pose = b.site_from_block;
+            let centre = pose * model.centre - *p;
+            let beside_m = (centre - to * centre.dot(to)).length();
+            let local = pose.rotation.inverse() * to;
+            beside_m < model.d_max_m
+                && solids[usize::from(b.model.0)].as_ref().is_some_and(|solid| {
+                    solid.cast_ray(pose.inverse_transform_point(*p), local, FAR_M).is_some()
+                })
+        })
+    };
+    let asked: Vec<&Vec3> = own.iter().step_by(own.len().div_ceil(LINES).max(1)).collect();
+    let seen = asked.iter().filter(|p| free(p)).count();
+    seen as f64 >= IN_VIEW * asked.len().max(1) as f64
+}
+
+/// Farther than any pile is high.
+const FAR_M: f32 = 50.0;
 
 /// Whether the first survey shows enough of the end that is gone, and the second one the face where it broke off: a block that
 /// fell on its broken leg shows neither.

@@ -23,12 +23,28 @@ pub const EXPERIMENT: Experiment = Experiment {
     body,
 };
 
-/// Random drops of a search; the thesis took 1000 to 3000.
-const DROPS: u32 = 500;
+/// How much is searched.
+struct Effort {
+    /// Random drops of a search; the thesis took 1000 to 3000.
+    drops: u32,
+    /// Windows of a pile.
+    windows: u32,
+    /// Drops a window of the plan made by generate-and-test.
+    plan_drops: u32,
+}
+
+impl Effort {
+    fn of(bench: &Bench) -> Self {
+        if bench.settings.quick {
+            Self { drops: 100, windows: 4, plan_drops: 10 }
+        } else {
+            Self { drops: 500, windows: 16, plan_drops: 200 }
+        }
+    }
+}
+
 /// Searches of a window.
 const SEARCHES: usize = 4;
-/// Windows of a pile.
-const WINDOWS: u32 = 16;
 /// What the thesis' network was asked for.
 const ASKED: (f32, f32) = (15.0, 0.25);
 
@@ -55,14 +71,11 @@ struct Found {
     plans: [Vec<(f64, f64, f64)>; 4],
 }
 
-/// Drops a window of the plan made by generate-and-test.
-const PLAN_DROPS: u32 = 200;
-
-const PLANS: [&str; 4] = ["random", "generate-and-test, 200 drops a window", "network", "search"];
+const PLANS: [&str; 4] = ["random", "generate-and-test, N drops a window", "network", "search"];
 
 const CHOICES: [&str; 6] = [
-    "best of another search (500 drops)",
-    "best of 500 drops among those a plan may keep",
+    "best of another search (N drops)",
+    "best of N drops among those a plan may keep",
     "one random drop",
     "the network's surest answer as it is (thesis)",
     "the network's 96 answers ranked, 8 dropped (shipped)",
@@ -110,7 +123,8 @@ fn measure(
     found: &mut Found,
 ) -> Result<(), ReproduceError> {
     let config = PlanConfig { block: Some(block.name.clone()), ..PlanConfig::default() };
-    let generate = GenerateConfig { drops: DROPS, windows: WINDOWS, view: model.view(), keep: 1 };
+    let Effort { drops, windows, plan_drops } = Effort::of(bench);
+    let generate = GenerateConfig { drops, windows, view: model.view(), keep: 1 };
     let searches: Vec<Vec<WindowSample>> = (0..SEARCHES)
         .map(|s| {
             generate_and_test(
@@ -129,7 +143,7 @@ fn measure(
         ..config.clone()
     };
     let policies = [
-        random(DROPS),
+        random(drops),
         random(1),
         PlanConfig { policy: Policy::Network, network: one, ..config.clone() },
         PlanConfig { policy: Policy::Network, ..config.clone() },
@@ -137,9 +151,9 @@ fn measure(
     ];
     let chosen = policies
         .iter()
-        .map(|policy| each_window(input, policy, WINDOWS, seed.child("policy", 0), bench.observer))
+        .map(|policy| each_window(input, policy, windows, seed.child("policy", 0), bench.observer))
         .collect::<Result<Vec<_>, _>>()?;
-    let plans = [random(1), random(PLAN_DROPS), policies[3].clone(), policies[4].clone()];
+    let plans = [random(1), random(plan_drops), policies[3].clone(), policies[4].clone()];
     for (list, policy) in plans.iter().enumerate() {
         let s = plan::plan(input, policy, seed.child("plan", 0), bench.observer)?.summary;
         let figures =
@@ -202,6 +216,7 @@ fn within(o: &Offset) -> bool {
 }
 
 fn page(bench: &Bench, found: &Found) -> String {
+    let effort = Effort::of(bench);
     let mean = |v: &mut dyn Iterator<Item = f32>| {
         let v: Vec<f32> = v.collect();
         v.iter().sum::<f32>() / v.len().max(1) as f32
@@ -232,12 +247,12 @@ fn page(bench: &Bench, found: &Found) -> String {
     }
     let mut fills = Table::new(&[
         "choice",
-        "void filled against the best of 500 random drops",
+        &format!("void filled against the best of {} random drops", effort.drops),
         "windows left empty",
     ]);
     for (name, filled) in CHOICES.iter().zip(&found.filled) {
         fills.row([
-            name.to_string(),
+            name.replace('N', &effort.drops.to_string()),
             format!("{:.1} %", 100.0 * mean(&mut filled.iter().copied())),
             format!("{:.0} %", share(&mut filled.iter().map(|f| *f == 0.0))),
         ]);
@@ -248,20 +263,21 @@ fn page(bench: &Bench, found: &Found) -> String {
             mean_and_spread(&figures.iter().map(f).collect::<Vec<_>>()).0
         };
         plans.row([
-            name.to_string(),
+            name.replace('N', &effort.plan_drops.to_string()),
             format!("{:.1}", of(|f| f.0)),
             format!("{:.1}", of(|f| f.1)),
             format!("{:.3}", of(|f| f.2)),
         ]);
     }
     format!(
-        "{} windows of {} held-out piles, each searched {SEARCHES} times by {DROPS} random drops of a 2.1 m tetrapod; a search's \
+        "{} windows of {} held-out piles, each searched {SEARCHES} times by {} random drops of a 2.1 m tetrapod; a search's \
          best is the drop that moved at most 0.1 block lengths sideways and fills most void. Rotations modulo symmetry.\n\n\
          {}\nOne of the network's 16 answers lies within 15° and 0.25 m of the best of a search in {:.0} % of the windows; with \
          the six turns at which the planner shows a window, in {:.0} %.\n\n{}\nA choice of the planner has passed every check of a \
          plan (height, support, wedging, shake), the best of a search only that it stayed; a window left empty counts as 0.\n\nWhole plans of the same piles, means:\n\n{}",
         found.windows,
         bench.settings.scenes,
+        effort.drops,
         errors.finish(),
         share(&mut found.near[0].iter().copied()),
         share(&mut found.near[1].iter().copied()),

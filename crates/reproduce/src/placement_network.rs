@@ -1,6 +1,7 @@
 //! Table 4.1: what a network makes of a window. The thesis' regression of the one best drop by extractor, both ways to write a
 //! rotation, and the network with many modes; same data, same steps.
 
+use crate::bin_kept::training_folder;
 use crate::{Bench, Experiment, ReproduceError, Table};
 use geom::SeedTree;
 use placement::{
@@ -76,7 +77,14 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         held_out_piles: bench.settings.scenes,
         ..SampleConfig::default()
     };
-    let folder = bench.folder.join("placement-network");
+    let settings = format!(
+        "seed {} scenes {} steps {} {}",
+        bench.settings.seed,
+        bench.settings.scenes,
+        bench.settings.steps,
+        env!("CARGO_PKG_VERSION")
+    );
+    let folder = bench.folder.join(training_folder("placement-network", &settings));
     let lessons = PlacementLessons { recipe: &recipe, catalog: &catalog, block };
     let common = TrainConfig {
         samples: amount,

@@ -1,6 +1,7 @@
 //! Table 2.4: what the valid-distance and the attention matrix of the pair loss are worth. Four trainings that differ in
 //! nothing else, from nothing and equally short; the thesis' clustering judges.
 
+use crate::bin_kept::training_folder;
 use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets};
@@ -50,17 +51,27 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut table = Table::new(&["pair loss", "P %", "R %", "AP %", "held-out vote error, d_max"]);
     for (name, pair, pair_points) in variants() {
         let loss = LossConfig { pair, pair_points, pair_weight: 1.0, ..Default::default() };
+        let quick = bench.settings.quick;
+        let few = |all: u64| if quick { all.min(2) } else { all };
+        let usual = TrainConfig::default();
         let config = TrainConfig {
             loss,
+            scenes_first: few(usual.scenes_first),
+            validation_scenes: few(usual.validation_scenes),
+            calibration_scenes: few(usual.calibration_scenes),
             steps: bench.settings.steps,
             warmup: (bench.settings.steps / 10).max(1),
             name: format!("ablation, {name}"),
             shapes: lessons.shapes(),
-            ..Default::default()
+            ..usual
         };
-        let words: Vec<&str> =
-            name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
-        let folder = bench.folder.join("segmentation-loss").join(words.join("-"));
+        let settings = format!(
+            "seed {} steps {} quick {quick} {}",
+            bench.settings.seed,
+            bench.settings.steps,
+            env!("CARGO_PKG_VERSION")
+        );
+        let folder = bench.folder.join("segmentation-loss").join(training_folder(name, &settings));
         let trained =
             train(&source, &config, None, &folder, root.child("network", 0), bench.observer)?;
         if trained.steps < config.steps {

@@ -5,6 +5,7 @@
 
 use crate::bin_kept::{RowResult, RowsOnDisk};
 use crate::markdown::percent;
+use crate::peak_memory::with_peak;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
 use geom::SeedTree;
@@ -39,37 +40,42 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let steps =
         if bench.settings.quick { bench.settings.steps.min(10) } else { bench.settings.steps };
     let folder = bench.folder.join("segmentation-networks");
-    let settings = format!(
-        "seed {} steps {steps} scenes {} sets {} {}",
+    let trainings = format!(
+        "seed {} steps {steps} sets {} quick {} {}",
         bench.settings.seed,
-        bench.settings.scenes,
         sets.len(),
+        bench.settings.quick,
         env!("CARGO_PKG_VERSION")
     );
-    let disk = RowsOnDisk::at(&folder, settings)?;
+    let settings = format!("{trainings} scenes {}", bench.settings.scenes);
+    let disk = RowsOnDisk::at(&folder, settings, trainings)?;
     let mut heads = vec!["network".to_string()];
     heads.extend(sets.iter().map(|s| format!("{} P/R %", s.name)));
-    heads.extend(["s for 100,000 points", "s a step", "weights MB"].map(String::from));
+    heads.extend(["s for 100,000 points", "peak MB", "training s", "weights MB"].map(String::from));
     let mut table = Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
     for (name, network) in networks() {
         let made = trained(bench, sets, name, network, steps, &disk)?;
         let mut cells = vec![name.to_string()];
-        let mut seconds = 0.0;
+        let (mut seconds, mut points, mut peak) = (0.0, 0.0, None);
         for set in sets {
             let result =
                 disk.row(&format!("{name} on {}", set.name), || judged(bench, set, &made))?;
-            seconds += result.seconds / sets.len() as f64;
+            seconds += result.seconds;
+            points += result.points;
+            peak = result.peak_mb.map(|mb| mb.max(peak.unwrap_or(0.0)));
             cells.push(format!("{}/{}", percent(result.precision()), percent(result.recall())));
         }
         let bytes = made.model.to_bytes()?.len();
-        cells.push(format!("{seconds:.2}"));
-        cells.push(format!("{:.2}", made.training_s / steps.max(1) as f64));
+        cells.push(format!("{:.2}", seconds * 1e5 / points.max(1.0)));
+        cells.push(peak.map_or("–".into(), |mb| format!("{mb:.0}")));
+        cells.push(format!("{:.0}", made.training_s));
         cells.push(format!("{:.1}", bytes as f64 / 1e6));
         table.row(cells);
     }
     Ok(format!(
         "{steps} steps of two tiles of 2048 points each, from nothing, on scenes of all sets in turn; instances by votes of four passes. \
-         Seconds are those of the whole stage. A training that was stopped states only the time of its last part.\n\n{}",
+         Seconds are those of the whole stage, memory the most that a scene took beyond what was held before. *Training* holds the making of its scenes and the fit of its confidence; of one that was \
+         stopped, only its last part.\n\n{}",
         table.finish()
     ))
 }
@@ -104,6 +110,8 @@ fn trained(
         checkpoint_steps: 100,
         validation_steps: steps.max(1),
         calibration_scenes: if bench.settings.quick { 2 } else { 12 },
+        scenes_first: if bench.settings.quick { 2 } else { 12 },
+        validation_scenes: if bench.settings.quick { 2 } else { 6 },
         name: format!("six sets, {name}"),
         shapes,
         ..Default::default()
@@ -118,17 +126,19 @@ fn trained(
 }
 
 fn judged(bench: &Bench, set: &SiteSet, made: &Made) -> Result<RowResult, ReproduceError> {
-    let (mut judged, mut seconds, mut points) = (Vec::new(), 0.0, 0_usize);
+    let (mut judged, mut seconds, mut points, mut peak) = (Vec::new(), 0.0, 0_usize, None);
     for (i, scene) in set.held_out(bench).enumerate() {
         let scene = scene?;
         let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
         let from = (bench.clock)();
         let config = SegmentConfig::default();
         let cloud = &scene.survey.cloud;
-        let found = segment(cloud, &set.catalog, &made.model, &config, seed, bench.observer)?;
+        let (found, bytes) =
+            with_peak(|| segment(cloud, &set.catalog, &made.model, &config, seed, bench.observer));
+        peak = peak.max(bytes);
         seconds += (bench.clock)() - from;
         points += cloud.len();
-        judged.push(Judged::of(&found, &scene));
+        judged.push(Judged::of(&found?, &scene));
     }
     let v = verdict(&judged)?;
     Ok(RowResult {
@@ -137,7 +147,9 @@ fn judged(bench: &Bench, set: &SiteSet, made: &Made) -> Result<RowResult, Reprod
         missed: v.counts.false_negatives,
         ap: v.ap,
         ap50: v.ap50,
-        seconds: seconds / (points.max(1) as f64 / 1e5),
+        seconds: seconds / judged.len().max(1) as f64,
+        points: points as f64 / judged.len().max(1) as f64,
+        peak_mb: peak.map(|bytes| bytes as f64 / 1e6),
         steps: made.model.description.steps,
     })
 }

@@ -63,6 +63,10 @@ pub struct SlopingPlane {
     pub slope_m: f64,
 }
 
+/// Corners of a boundary and points of an alignment, at most: every cell of a plan is held against each of them. Ten kilometres of
+/// works with a point every metre have so many.
+pub const MOST_CORNERS: usize = 10_000;
+
 /// Why a design surface makes no sense.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -74,6 +78,16 @@ pub enum DesignError {
         key: &'static str,
         /// Points needed.
         need: usize,
+        /// Points found.
+        found: usize,
+    },
+    /// More corners or alignment points than a place can be held against.
+    #[error(
+        "design.{key} has {found} points, at most {MOST_CORNERS} are taken; leave out those on straight stretches"
+    )]
+    TooManyPoints {
+        /// Key in the file.
+        key: &'static str,
         /// Points found.
         found: usize,
     },
@@ -96,6 +110,8 @@ impl DesignSurface {
         let need = |key, points: &[[f64; 2]], need| {
             if points.len() < need {
                 Err(DesignError::TooFewPoints { key, need, found: points.len() })
+            } else if points.len() > MOST_CORNERS {
+                Err(DesignError::TooManyPoints { key, found: points.len() })
             } else {
                 Ok(())
             }
@@ -421,6 +437,27 @@ fn offset_from_alignment(line: &[[f64; 2]], x: f64, y: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 200,000 points of an alignment were once looked through for every cell, without an end and without a stop.
+    #[test]
+    fn more_corners_than_a_cell_can_be_held_against_are_refused() {
+        let at = |i: usize| [i as f64 * 0.01, 0.0];
+        let section = |points: usize| DesignSurface::Section {
+            alignment: (0..points).map(at).collect(),
+            crest_level_m: 4.0,
+            crest_width_m: 6.0,
+            left_slope_m: 1.5,
+            right_slope_m: 1.5,
+            toe_level_m: 0.0,
+        };
+        assert_eq!(section(MOST_CORNERS).check(), Ok(()));
+        let found = MOST_CORNERS + 1;
+        let error = DesignError::TooManyPoints { key: "alignment", found };
+        assert_eq!(section(found).check(), Err(error));
+        let boundary = (0..found).map(at).collect();
+        let level = DesignSurface::Level { level_m: 1.0, boundary };
+        assert!(level.check().unwrap_err().to_string().contains("10001 points"));
+    }
 
     #[test]
     fn a_section_has_a_crest_two_slopes_and_an_end() {

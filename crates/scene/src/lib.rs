@@ -26,7 +26,7 @@ pub mod symmetry;
 
 pub use catalog::{BlockSpec, CatalogSpec, LengthUnit, Shape};
 pub use complaint::{Complaint, Severity};
-pub use design::{DesignSurface, SlopingPlane};
+pub use design::{DesignSurface, MOST_CORNERS, SlopingPlane};
 pub use instance::{CentreHypothesis, InstanceId, LabelledCloud, Segmentation};
 pub use memory::{MemoryBound, MemoryError};
 pub use model::{BlockModel, Catalog, ConvexPart, MOST_PARTS_ERROR, ModelId};

@@ -1,7 +1,7 @@
 //! A depth camera sees the bin too: its floor and walls, and what lies beyond them, go before the network.
 
 use geom::find_walls;
-use geom::{Event, Observer, Plane, SeedTree, Vec3, Warning};
+use geom::{Event, Observer, Plane, SeedTree, Stage, Vec3, Warning};
 use scene::{Catalog, Segmentation, SensorKind, Survey};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -140,7 +140,7 @@ impl<'a> Foreground<'a> {
             return everything();
         }
         observer.event(Event::Noted {
-            stage: "segment",
+            stage: Stage::Segment,
             message: format!(
                 "floor and walls of the bin removed: {} planes, {} of {whole} points left",
                 walls.len(),
@@ -152,7 +152,7 @@ impl<'a> Foreground<'a> {
                 "the bin took {:.0} % of the points; where no bin was measured, say `[background] bin = false`",
                 100.0 * (whole - index.len()) as f32 / whole as f32
             );
-            observer.event(Event::Warned(Warning { stage: "segment", message }));
+            observer.event(Event::Warned(Warning { stage: Stage::Segment, message }));
         }
         let part = part(survey, &index, walls);
         Self { survey: Cow::Owned(part), index: Some(index), whole }

@@ -12,7 +12,7 @@ use crate::network::Inference;
 use crate::vote_instances::{Pass, by_votes, modes};
 use crate::vote_peaks::Peak;
 use crate::{SegmentError, SegmentModel};
-use geom::{Event, Observer, PointCloud, SeedTree, Vec3, Warning, thin};
+use geom::{Event, Observer, PointCloud, SeedTree, Stage, Vec3, Warning, thin};
 use rand::RngExt;
 use scene::{Catalog, Segmentation};
 
@@ -96,7 +96,7 @@ pub fn segment(
     let unseen_types = model.unseen_types(catalog);
     if !unseen_types.is_empty() {
         observer.event(Event::Warned(Warning {
-            stage: "segment",
+            stage: Stage::Segment,
             message: format!(
                 "the weights `{}` were not trained on the shape of {}; expect misses, or train with `tsumu-lab train segment`",
                 model.description.name,
@@ -104,7 +104,7 @@ pub fn segment(
             ),
         }));
     }
-    observer.event(Event::Started { stage: "segment", total: cloud.len() as u64 });
+    observer.event(Event::Started { stage: Stage::Segment, total: cloud.len() as u64 });
     let mut found = Found::default();
     for (at, &unit_m) in units.iter().enumerate() {
         let progress = Progress { observer, points: cloud.len(), part: at, parts: units.len() };
@@ -120,7 +120,7 @@ pub fn segment(
     let result = found.into_segmentation(cloud.len());
     if result.instances == 0 && !cloud.is_empty() {
         observer.event(Event::Warned(Warning {
-            stage: "segment",
+            stage: Stage::Segment,
             message: format!(
                 "no block found among {} points; are the units of the survey and of the catalogue (d_max {:.3} m) right?",
                 cloud.len(),
@@ -128,7 +128,7 @@ pub fn segment(
             ),
         }));
     }
-    observer.event(Event::Finished { stage: "segment" });
+    observer.event(Event::Finished { stage: Stage::Segment });
     Ok(result)
 }
 
@@ -169,7 +169,7 @@ impl Progress<'_> {
     /// `share` of this scale's work is done.
     fn tell(&self, share: f32) {
         let done = (self.part as f32 + share) / self.parts as f32 * self.points as f32;
-        self.observer.event(Event::Advanced { stage: "segment", done: done as u64 });
+        self.observer.event(Event::Advanced { stage: Stage::Segment, done: done as u64 });
     }
 }
 

@@ -15,7 +15,7 @@ use crate::model::SegmentModel;
 use crate::network::{Design, Inference, NetworkConfig, Weighted};
 use crate::tile::{LabelledScene, Targets};
 use folder::Folder;
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use net::prelude::{Device, GradientsParams, Module};
 use net::training::{Part, first_weights};
 use net::{Checkpoint, Processor, Replicas, Schedule, Task, Training};
@@ -293,15 +293,15 @@ fn calibrated(
     observer: &dyn Observer,
 ) -> Result<Calibration, SegmentError> {
     let mut seen = CalibrationData::default();
-    observer.event(Event::Started { stage: "calibrate", total: config.calibration_scenes });
+    observer.event(Event::Started { stage: Stage::Calibrate, total: config.calibration_scenes });
     for number in 0..config.calibration_scenes {
         let index = config.validation_scenes + number;
         let failed = |message| SegmentError::Scene { index, message };
         let scene = source.scene(Split::Validation, index).map_err(failed)?;
         seen.add(model, &scene, seed.child("calibrate", index), &Muted(observer))?;
-        observer.event(Event::Advanced { stage: "calibrate", done: number + 1 });
+        observer.event(Event::Advanced { stage: Stage::Calibrate, done: number + 1 });
     }
-    observer.event(Event::Finished { stage: "calibrate" });
+    observer.event(Event::Finished { stage: Stage::Calibrate });
     Ok(seen.fit().unwrap_or_default())
 }
 

@@ -1,6 +1,6 @@
 //! Training: it learns, it stops and goes on as if it had not stopped, it refuses a folder of another training.
 
-use geom::{Event, Observer, SeedTree, Silent, Vec3};
+use geom::{Event, Observer, SeedTree, Silent, Stage, Vec3};
 use net::BackboneConfig;
 use rand::RngExt;
 use segment::fpcc::FpccConfig;
@@ -74,7 +74,7 @@ struct StopAfter {
 
 impl Observer for StopAfter {
     fn event(&self, event: Event) {
-        if let Event::Advanced { stage: "train", done } = event {
+        if let Event::Advanced { stage: Stage::Train, done } = event {
             self.done.store(done, Ordering::Relaxed);
         }
     }
@@ -126,6 +126,21 @@ fn a_stopped_training_goes_on_as_if_it_had_not_stopped() {
         once.model.to_bytes().unwrap() == second.model.to_bytes().unwrap(),
         "the weights differ"
     );
+}
+
+/// Model, learning curve and settings; the checkpoint's own files hold numbers that the library draws for its parameters.
+#[test]
+fn the_same_training_leaves_the_same_bytes() {
+    let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
+    let trained = |seed: u64| {
+        let folder = tempfile::tempdir().unwrap();
+        train(&balls, &small(7), None, folder.path(), SeedTree::new(seed), &Silent).unwrap();
+        ["model.safetensors", "curve.csv", "config.json"]
+            .map(|name| std::fs::read(folder.path().join(name)).unwrap())
+    };
+    let once = trained(3);
+    assert!(once == trained(3), "the same seed gives other bytes");
+    assert!(once[0] != trained(4)[0], "another seed is another training");
 }
 
 #[test]

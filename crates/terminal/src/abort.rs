@@ -9,6 +9,7 @@ use std::fs::File;
 use std::io::{self, PipeReader, PipeWriter, Read, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::net::UnixStream;
+use std::sync::mpsc::sync_channel;
 
 /// SIGABRT, on every Unix.
 const ABORT: i32 = 6;
@@ -24,8 +25,14 @@ pub(crate) fn told(json: bool) -> io::Result<()> {
     let (kept_open, wall) = io::pipe()?;
     let out = File::from(io::stdout().as_fd().try_clone_to_owned()?);
     let err = File::from(io::stderr().as_fd().try_clone_to_owned()?);
-    let ready = move || say(heard, json.then_some(out), err, kept_open);
+    let (ready, is_ready) = sync_channel(1);
+    let ready = move || {
+        let _ = ready.send(());
+        say(heard, json.then_some(out), err, kept_open);
+    };
     std::thread::Builder::new().name("abort".into()).stack_size(64 << 10).spawn(ready)?;
+    // A thread that has no memory to begin with aborts, and would wait for itself if it were asked already.
+    is_ready.recv().map_err(io::Error::other)?;
     let wall_too = wall.try_clone()?;
     // In this order they are called.
     signal_hook::low_level::pipe::register(ABORT, hand_over)?;

@@ -1,15 +1,22 @@
-//! What the programs share at a terminal: flags for output, progress for people and for machines, how a command ends.
+//! What the programs share at a terminal: flags for output, progress for people and for machines, how a command begins and ends,
+//! manual pages and completions of any command line.
 
 #[cfg(unix)]
 mod abort;
+mod completions;
+mod double_click;
 mod fault;
 mod flags;
 mod language;
+mod man;
 mod terminal;
 mod watch;
 
+pub use completions::{CompletionsArgs, completions};
+pub use double_click::arguments;
 pub use flags::Output;
 pub use language::Language;
+pub use man::{ManArgs, man};
 pub use terminal::Terminal;
 
 use std::process::ExitCode;

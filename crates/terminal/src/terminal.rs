@@ -1,7 +1,7 @@
 //! Progress for people (a bar with the time left, after two seconds) and for machines (`--json`).
 
 use crate::{Language, Output, language};
-use geom::{Event, Observer, PartState};
+use geom::{Event, JobPart, Observer, PartState, Stage};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use serde_json::json;
@@ -30,11 +30,11 @@ pub struct Terminal {
 /// Wall time of each part of a job.
 struct Laps {
     last: Instant,
-    seconds: Vec<(&'static str, f64)>,
+    seconds: Vec<(JobPart, f64)>,
 }
 
 struct Running {
-    stage: &'static str,
+    stage: Stage,
     total: u64,
     since: Instant,
     bar: Option<ProgressBar>,
@@ -44,6 +44,9 @@ impl Terminal {
     /// Installs the Ctrl-C handler: the first press asks the stages to stop, the second ends the program. Watches memory, and
     /// has an abort end with a line.
     pub fn new(output: &Output) -> Self {
+        // First, for the other threads may find no memory to begin with. Without it an abort ends as the system ends it.
+        #[cfg(unix)]
+        let _ = crate::abort::told(output.json);
         let cancel = Cancel::default();
         let asked = cancel.clone();
         // A second handler in one process cannot be: main calls this once.
@@ -53,9 +56,6 @@ impl Terminal {
             }
             to_stderr("stopping after the work in hand; press Ctrl-C again to stop at once");
         });
-        // Without it an abort ends as the system ends it.
-        #[cfg(unix)]
-        let _ = crate::abort::told(output.json);
         let memory = MemoryLimit::default();
         crate::watch::over(memory.clone());
         Self {
@@ -118,7 +118,7 @@ impl Terminal {
     }
 
     /// A part is done: its wall time, and that it was kept or is kept from now on.
-    fn part(&self, part: &'static str, state: PartState) {
+    fn part(&self, part: JobPart, state: PartState) {
         let mut laps = self.laps.lock().expect("no thread panics with this lock");
         let seconds = laps.last.elapsed().as_secs_f64();
         laps.seconds.push((part, seconds));
@@ -181,7 +181,7 @@ impl Observer for Terminal {
             Event::Finished { .. } => self.clear(),
             Event::Part { part, state } => self.part(part, state),
             Event::Warned(warning) if !self.quiet && !self.json => {
-                self.above_bar(&format!("warning: {}: {}", warning.stage, warning.message));
+                self.above_bar(&format!("warning: {warning}"));
             }
             Event::Noted { stage, message } if self.verbose > 0 && !self.json => {
                 self.above_bar(&format!("{stage}: {message}"));
@@ -195,7 +195,7 @@ impl Observer for Terminal {
     }
 }
 
-fn bar(stage: &'static str, total: u64) -> ProgressBar {
+fn bar(stage: Stage, total: u64) -> ProgressBar {
     let template = if total > 0 {
         "{msg:>10} {bar:32} {pos}/{len}  {elapsed} gone, {eta} left"
     } else {
@@ -205,7 +205,7 @@ fn bar(stage: &'static str, total: u64) -> ProgressBar {
     let bar =
         ProgressBar::with_draw_target((total > 0).then_some(total), ProgressDrawTarget::stderr());
     bar.set_style(style);
-    bar.set_message(stage);
+    bar.set_message(stage.word());
     bar
 }
 

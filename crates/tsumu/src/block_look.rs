@@ -204,7 +204,7 @@ fn likeliest(survey: &Survey, model: &BlockModel, job: &Job) -> Option<SizePropo
         ..SizeSearch::default()
     };
     let config = Settings::default().alone().ok()?;
-    let fits = job.install(|| fit_sizes(survey, &alone, &search, &config, &Silent)).ok()?;
+    let fits = job.install(|| fit_sizes(survey, &alone, &search, &config.pose, &Silent)).ok()?;
     let best = fits.first()?;
     if best.found < FEWEST_BLOCKS || best.explained < LEAST_EXPLAINED {
         return None;

@@ -3,6 +3,7 @@
 use crate::surveys::{Clouds, Joined};
 use crate::{Error, Job, Result, Settings, catalogue};
 use anyhow::anyhow;
+use pipeline::PipelineError;
 use pipeline::sizes::{SizeProposal, SizeSearch, fit_sizes};
 use scene::{BlockModel, BlockSpec, Catalog, CatalogSpec, NominalBlock, nominal_blocks};
 use serde::Serialize;
@@ -49,6 +50,33 @@ pub struct BlockFit {
     pub nominal_m: Option<f32>,
 }
 
+impl BlockFit {
+    /// What is known of blocks beside it: the catalogue's size, or the nearest listed block; empty where nothing is.
+    pub fn beside(&self) -> String {
+        match (self.catalogue_m, &self.nominal, self.nominal_m) {
+            (Some(catalogue_m), _, _) => format!("the catalogue says {catalogue_m:.3} m"),
+            (None, Some(name), Some(m)) => {
+                format!("{name} of {m:.3} m ({:+.1} %)", 100.0 * (m / self.size_m - 1.0))
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// What to write in the catalogue, or to hold against it.
+    pub fn proposal(&self) -> String {
+        match self.catalogue_m {
+            None => format!(
+                "best: shape = \"{} {:.2}m\" in catalog.toml; hold it against the drawings",
+                self.block, self.size_m
+            ),
+            Some(catalogue_m) => format!(
+                "best: `{}` fits {:.2} ± {:.2} m; the catalogue says {catalogue_m:.2}",
+                self.block, self.size_m, self.size_sd_m
+            ),
+        }
+    }
+}
+
 /// Shape and size from nothing but surveys: best first. Errors: a file that cannot be read, a kind there is not, a range that is
 /// none; nothing fits.
 pub fn fit_blocks(clouds: &Clouds, options: &FitOptions, job: &Job) -> Result<Vec<BlockFit>> {
@@ -62,7 +90,8 @@ pub fn fit_blocks(clouds: &Clouds, options: &FitOptions, job: &Job) -> Result<Ve
     let Joined { survey, .. } = clouds.survey(job)?;
     let search = SizeSearch { least_m, most_m, ..SizeSearch::default() };
     let config = Settings::default().alone()?;
-    let found = job.install(|| fit_sizes(&survey, &catalog, &search, &config, job))?;
+    let found = job.install(|| fit_sizes(&survey, &catalog, &search, &config.pose, job));
+    let found = found.map_err(PipelineError::from)?;
     let fits: Vec<BlockFit> = found.iter().map(|p| fit(p, &catalog, own.as_ref())).collect();
     if fits.is_empty() {
         return Err(Error::failed(anyhow!(

@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer, TriMesh};
+use geom::{Event, Observer, Stage, TriMesh};
 use scene::{BlockModel, Catalog, CatalogSpec};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -42,7 +42,7 @@ pub(crate) fn models_with(
         observer.event(Event::Warned(warning));
     }
     for (_, model) in catalog.iter() {
-        observer.event(Event::Noted { stage: "catalogue", message: describe(model) });
+        observer.event(Event::Noted { stage: Stage::Catalogue, message: describe(model) });
     }
     Ok(catalog)
 }

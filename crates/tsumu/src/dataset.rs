@@ -4,7 +4,7 @@ use crate::catalogue::RecipeInputs;
 use crate::error::OrBadInput;
 use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use io::blocks_csv::{self, BlockRow};
 use io::{RawCloud, atomic, points};
 use rayon::prelude::*;
@@ -12,6 +12,7 @@ use scene::{Catalog, CatalogSpec};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use synth::{Recipe, SynthScene};
 
@@ -30,6 +31,24 @@ pub struct Shard {
     pub index: u32,
     /// Processes in all.
     pub count: u32,
+}
+
+/// `i/n`, as a flag has it.
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parts =
+            text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        match parts {
+            Some((index, count)) if index < count => Ok(Self { index, count }),
+            Some((index, count)) => Err(format!(
+                "shard {index} of {count} does not exist; give 0/{count} to {}/{count}",
+                count.max(1) - 1
+            )),
+            None => Err("write it as i/n, for example 0/4".into()),
+        }
+    }
 }
 
 /// How many scenes to make.
@@ -152,7 +171,7 @@ fn make_missing(out: &Path, order: &Order, job: &Job) -> Result<DatasetSummary> 
     let wanted: Vec<u32> = (0..scenes).filter(|i| i % shard.count == shard.index).collect();
     let missing: Vec<u32> = wanted.iter().copied().filter(|&i| !folder(out, i).is_dir()).collect();
     sweep(out, &missing)?;
-    job.event(Event::Started { stage: "synth", total: missing.len() as u64 });
+    job.event(Event::Started { stage: Stage::Synth, total: missing.len() as u64 });
     let done = AtomicU64::new(0);
     missing.par_iter().try_for_each(|&i| {
         if job.cancelled() {
@@ -164,10 +183,10 @@ fn make_missing(out: &Path, order: &Order, job: &Job) -> Result<DatasetSummary> 
         }
         one(out, order, i, job)?;
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        job.event(Event::Advanced { stage: "synth", done });
+        job.event(Event::Advanced { stage: Stage::Synth, done });
         Ok(())
     })?;
-    job.event(Event::Finished { stage: "synth" });
+    job.event(Event::Finished { stage: Stage::Synth });
     let complete = (0..scenes).all(|i| folder(out, i).is_dir());
     let index = if complete { Some(index(out, scenes)?) } else { None };
     Ok(DatasetSummary { made: missing.len(), there: wanted.len() - missing.len(), index })
@@ -244,7 +263,7 @@ fn one(out: &Path, order: &Order, scene: u32, job: &Job) -> Result<()> {
         .or_bad_input()?;
     for reason in &made.redraws {
         job.event(Event::Noted {
-            stage: "synth",
+            stage: Stage::Synth,
             message: format!("scene {scene} was dropped again: {reason}"),
         });
     }
@@ -345,6 +364,15 @@ fn index(out: &Path, scenes: u32) -> Result<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shards_outside_are_refused() {
+        let shard = |text: &str| text.parse::<Shard>();
+        assert_eq!(shard("2/4"), Ok(Shard { index: 2, count: 4 }));
+        assert!(shard("4/4").unwrap_err().contains("0/4 to 3/4"));
+        assert!(shard("1/0").is_err());
+        assert!(shard("one").unwrap_err().contains("0/4"));
+    }
 
     #[test]
     fn shares_must_add_up() {

@@ -6,7 +6,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Job, Result, catalogue, outputs};
 use anyhow::anyhow;
-use geom::{DVec3, Event, Observer, Warning};
+use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::label_cloud::LabelCloud;
 use metrics::labelled_clouds::{
     Labelled, MatchedLabels, Zero, label_figures, match_labels, tolerance_m,
@@ -211,7 +211,13 @@ impl Pooled {
             return Err(Error::bad_input(anyhow!(
                 "{}: no point belongs to an instance (all numbers are {}), so there is nothing to score against",
                 truth_file.display(),
-                if zero_truth == Zero::Instance { "below 0" } else { "0 or below" },
+                if zero_truth == Zero::Instance {
+                    "below 0"
+                } else if truth.cloud.instance.contains(&0) {
+                    "0 or below; if 0 is an instance, say --zero-is-instance truth"
+                } else {
+                    "below 1"
+                },
             )));
         }
         if result.instances() == 0 {
@@ -275,7 +281,7 @@ impl Pooled {
 }
 
 fn warn(job: &Job, message: String) {
-    job.event(Event::Warned(Warning { stage: "read", message }));
+    job.event(Event::Warned(Warning { stage: Stage::Read, message }));
 }
 
 fn zero(is_instance: bool) -> Zero {

@@ -2,7 +2,7 @@
 
 use crate::{Error, MemoryLimit, Result};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer, PartState, Silent, Warning};
+use geom::{Event, JobPart, Observer, PartState, Silent, Warning};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -39,7 +39,7 @@ pub struct Job<'a> {
     cancel: Cancel,
     threads: Option<ThreadPool>,
     memory: MemoryLimit,
-    warnings: Mutex<Vec<String>>,
+    warnings: Mutex<Vec<Warning>>,
 }
 
 impl Job<'static> {
@@ -83,19 +83,16 @@ impl<'a> Job<'a> {
 
     /// What was warned of so far, in order, each as `stage: message`.
     pub fn warnings(&self) -> Vec<String> {
+        self.warned().iter().map(Warning::to_string).collect()
+    }
+
+    /// What was warned of so far, in order.
+    pub(crate) fn warned(&self) -> Vec<Warning> {
         self.warnings.lock().expect("no thread panics with this lock").clone()
     }
 
-    /// Says a warning of an interrupted run again, as [`Self::warnings`] has it.
-    pub(crate) fn warn_again(&self, line: &str) {
-        let (word, message) = line.split_once(": ").unwrap_or(("run", line));
-        let stage = STAGES.into_iter().find(|s| *s == word).unwrap_or("run");
-        self.observer.event(Event::Warned(Warning { stage, message: message.into() }));
-        self.warnings.lock().expect("no thread panics with this lock").push(line.into());
-    }
-
     /// A part is done.
-    pub(crate) fn done(&self, part: &'static str) {
+    pub(crate) fn done(&self, part: JobPart) {
         self.event(Event::Part { part, state: PartState::Done });
     }
 
@@ -113,15 +110,10 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Words that stages warn with.
-const STAGES: [&str; 9] =
-    ["check", "read", "catalogue", "segment", "pose", "review", "plan", "uncertainty", "run"];
-
 impl Observer for Job<'_> {
     fn event(&self, event: Event) {
         if let Event::Warned(warning) = &event {
-            let line = format!("{}: {}", warning.stage, warning.message);
-            self.warnings.lock().expect("no thread panics with this lock").push(line);
+            self.warnings.lock().expect("no thread panics with this lock").push(warning.clone());
         }
         self.observer.event(event);
     }

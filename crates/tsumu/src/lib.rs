@@ -96,7 +96,8 @@ pub use run_folder::{RunEntry, RunFolder, runs_of};
 pub use settings::Settings;
 pub use site::Site;
 pub use summary::{
-    CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary, TypeCount, UnfilledCount,
+    CountRange, PlannedSummary, RangeOfThresholds, RecogniseSummary, RunSummary, TypeCount,
+    UnfilledCount,
 };
 pub use surveys::Clouds;
 pub use synthetic_site::{

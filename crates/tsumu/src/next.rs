@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Job, Recognition, Result, Site};
 use anyhow::anyhow;
-use geom::{DVec3, Event, Observer, Pose, Quat, SeedTree, Warning};
+use geom::{DVec3, Event, Observer, Pose, Quat, SeedTree, Stage, Warning};
 use io::as_placed_csv::{self, AsPlacedRow};
 use io::placements_csv::PlacementRow;
 use plan::{Attitude, Next};
@@ -99,7 +99,7 @@ impl Site {
                 file.display(),
                 row.order
             );
-            observer.event(Event::Warned(Warning { stage: "next", message }));
+            observer.event(Event::Warned(Warning { stage: Stage::Next, message }));
         }
         let site_from_block = Pose::from_parts(centre - rotation * block.centre, rotation);
         Ok(PlacedBlock { block: InstanceId(row.order), model: planned.model, site_from_block })

@@ -8,7 +8,7 @@ use crate::review::ReviewRecord;
 use crate::summary::{CountRange, PlannedSummary, RecogniseSummary};
 use crate::unfilled::why;
 use crate::{Result, Site, sheet_font};
-use geom::{DVec3, Vec2, Warning};
+use geom::{DVec3, Stage, Vec2, Warning};
 use io::manifest::Manifest;
 use metrics::Split;
 use report::{
@@ -90,7 +90,7 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
         )
     }));
     page.warnings =
-        input.warnings.iter().map(|w| Warning { stage: "run", message: w.clone() }).collect();
+        input.warnings.iter().map(|w| Warning { stage: Stage::Run, message: w.clone() }).collect();
     page.provenance = input.manifest.map(provenance).unwrap_or_default();
     let Some((planned, drawings)) = input.planned else {
         page.figures =

@@ -7,7 +7,7 @@ use crate::resume::Parts;
 use crate::summary::{CountRange, PlannedSummary, TypeCount};
 use crate::{Error, Job, Result, Site, unfilled, weights};
 use anyhow::anyhow;
-use geom::SeedTree;
+use geom::{JobPart, SeedTree};
 use io::manifest::Entry;
 use io::placements_csv::PlacementRow;
 use pipeline::Works;
@@ -115,8 +115,8 @@ impl Site {
             ..self.works(&recognition.blocks, self.needed_design()?)
         };
         let (pile, plan) =
-            parts.part("plan", || pipeline::plan_works(&works, &self.config, seed, job))?;
-        let range = parts.part("range", || match self.config.plan.uncertainty.seeds {
+            parts.part(JobPart::Plan, || pipeline::plan_works(&works, &self.config, seed, job))?;
+        let range = parts.part(JobPart::Range, || match self.config.plan.uncertainty.seeds {
             0 => Ok(None),
             seeds => pipeline::count_range(&works, &pile, &self.config, seed, job)
                 .map(|found| Some(CountRange::of(&found, seeds))),

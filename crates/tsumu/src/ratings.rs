@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result, Site, outputs};
 use anyhow::anyhow;
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use plan::{Learned, MovedWeight, Opinion, SignWeights, Signs};
 use scene::{Better, BlockRating, Catalog, RatedPlace, Ratings, SIGNS};
 use serde::{Deserialize, Serialize};
@@ -96,7 +96,7 @@ impl Site {
             let learned = learned(Some(&said), SignWeights::today(&self.config.plan.search));
             self.config.plan.search.weights = Some(learned.weights);
             let record = record_of(&said, &learned.moved);
-            observer.event(Event::Noted { stage: "ratings", message: record.line() });
+            observer.event(Event::Noted { stage: Stage::Ratings, message: record.line() });
             self.learned = Some(record);
         }
         self.ratings = Some(said);
@@ -197,7 +197,7 @@ fn without_contradictions(ratings: &Ratings, observer: &dyn Observer) -> Ratings
     if !replaced.is_empty() {
         let message =
             format!("contradictory ratings: {}; of each the latest counts", replaced.join(", "));
-        observer.event(Event::Warned(Warning { stage: "ratings", message }));
+        observer.event(Event::Warned(Warning { stage: Stage::Ratings, message }));
     }
     said
 }

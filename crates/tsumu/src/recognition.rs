@@ -4,7 +4,7 @@ use crate::resume::Parts;
 use crate::review::{self, ReviewRecord};
 use crate::weights::{self, Chosen, WeightsOrigin};
 use crate::{Job, Result, Site};
-use geom::SeedTree;
+use geom::{JobPart, SeedTree};
 use metrics::Repeatability;
 use pipeline::{PileVerdict, Recogniser};
 use scene::{Recognised, Segmentation};
@@ -104,9 +104,11 @@ impl Site {
     ) -> Result<Recognition> {
         let job = parts.job();
         let recogniser = self.recogniser(chosen, job);
-        let segments = parts.part("segment", || recogniser.foreground_segments(&self.survey))?;
-        let mut found = parts.part("recognise", || recogniser.blocks(&self.survey, segments))?;
-        let check = || parts.part("self-check", || self.self_check(chosen, job));
+        let segments =
+            parts.part(JobPart::Segment, || recogniser.foreground_segments(&self.survey))?;
+        let mut found =
+            parts.part(JobPart::Recognise, || recogniser.blocks(&self.survey, segments))?;
+        let check = || parts.part(JobPart::SelfCheck, || self.self_check(chosen, job));
         let self_check = options.self_check.then(check).transpose()?;
         let review = review::apply(
             self.review.as_ref(),

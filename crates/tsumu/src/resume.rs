@@ -7,7 +7,7 @@
 
 use crate::lock::FolderLock;
 use crate::{Error, Job, Result, written};
-use geom::{Event, Observer, PartState};
+use geom::{Event, JobPart, Observer, PartState, Warning};
 use io::IoError;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -43,14 +43,14 @@ pub(crate) fn is_unfinished(root: &Path) -> bool {
 #[derive(Serialize)]
 struct Written<'v, T> {
     key: &'v str,
-    warnings: &'v [String],
+    warnings: &'v [Warning],
     value: &'v T,
 }
 
 #[derive(Deserialize)]
 struct Read<T> {
     key: String,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     value: T,
 }
 
@@ -76,26 +76,26 @@ impl<'a> Parts<'a> {
     }
 
     /// A folder of a part that keeps itself, another for every key; `None`: nothing is kept.
-    pub fn folder(&self, part: &str) -> Option<PathBuf> {
+    pub fn folder(&self, part: JobPart) -> Option<PathBuf> {
         self.kept.as_ref().map(|kept| kept.folder.join(format!("{part}-{}", &kept.key[..16])))
     }
 
     /// The value of a part: kept, or made by `work` and kept from now on. Its warnings come either way.
     pub fn part<T: Serialize + DeserializeOwned, E: Into<Error>>(
         &self,
-        part: &'static str,
+        part: JobPart,
         work: impl FnOnce() -> std::result::Result<T, E>,
     ) -> Result<T> {
         let Some(kept) = &self.kept else { return work().map_err(Into::into) };
-        let path = kept.folder.join(part);
+        let path = kept.folder.join(part.word());
         if let Some(found) = kept.read(&path) {
-            found.warnings.iter().for_each(|w| self.job.warn_again(w));
+            found.warnings.into_iter().for_each(|w| self.job.event(Event::Warned(w)));
             self.job.event(Event::Part { part, state: PartState::Kept });
             return Ok(found.value);
         }
-        let before = self.job.warnings().len();
+        let before = self.job.warned().len();
         let value = work().map_err(Into::into)?;
-        kept.write(&path, &self.job.warnings()[before..], &value)?;
+        kept.write(&path, &self.job.warned()[before..], &value)?;
         self.job.event(Event::Part { part, state: PartState::Keeping });
         Ok(value)
     }
@@ -108,7 +108,7 @@ impl<'a> Parts<'a> {
 }
 
 impl Kept {
-    fn write<T: Serialize>(&self, path: &Path, warnings: &[String], value: &T) -> Result<()> {
+    fn write<T: Serialize>(&self, path: &Path, warnings: &[Warning], value: &T) -> Result<()> {
         let (_, bytes) = write_hashed(&Written { key: &self.key, warnings, value })?;
         Ok(io::atomic::write_bytes(path, &bytes)?)
     }
@@ -159,7 +159,7 @@ mod tests {
 
     fn made(parts: &Parts, value: f32) -> (f32, bool) {
         let mut worked = false;
-        let got = parts.part("a", || {
+        let got = parts.part(JobPart::Plan, || {
             worked = true;
             Ok::<_, Error>(value)
         });
@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(made(&open("one"), 0.2), (0.1, false));
         assert_eq!(made(&open("two"), 0.3), (0.3, true));
         // Damage is noticed.
-        let path = run.join(FOLDER).join("a");
+        let path = run.join(FOLDER).join("plan");
         let mut bytes = fs::read(&path).unwrap();
         *bytes.last_mut().unwrap() ^= 1;
         fs::write(&path, bytes).unwrap();

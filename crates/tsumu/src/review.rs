@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::error::OrBadInput;
 use crate::review_matching::{self, Change};
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::manifest::Manifest;
 use io::review::FILE;
 use report::Text;
@@ -61,7 +61,7 @@ pub(crate) fn apply(
     let decisions: Vec<_> = review.blocks.iter().zip(changes).map(record).collect();
     for d in decisions.iter().filter(|d| !d.changed.is_empty()) {
         let message = format!("reviewed block {}: {}", d.block_id, d.changed.join(", "));
-        observer.event(Event::Noted { stage: "review", message });
+        observer.event(Event::Noted { stage: Stage::Review, message });
     }
     Ok(Some(ReviewRecord { reviewer: review.reviewer.clone(), decisions }))
 }
@@ -122,6 +122,6 @@ pub(crate) fn is_of_run(
     }
     let message =
         format!("{} is not the one this run honoured; `tsumu run` again does so", path.display());
-    observer.event(Event::Warned(Warning { stage: "review", message }));
+    observer.event(Event::Warned(Warning { stage: Stage::Review, message }));
     Ok(false)
 }

@@ -3,7 +3,7 @@
 //! In: decisions with places, the blocks of this run. Out: the blocks as decided, and what each decision changed. A decision belongs to the block
 //! whose centre lies nearest its own, within a quarter of a block.
 
-use geom::{DVec3, Event, Observer, Pose, Quat, Warning};
+use geom::{DVec3, Event, Observer, Pose, Quat, Stage, Warning};
 use scene::{
     Catalog, Decision, Fit, InstanceId, ModelId, PoseLimits, PosedModel, Recognised, Review,
     ReviewedBlock, SiteFrame, Verdict,
@@ -63,7 +63,7 @@ pub fn apply(
     let decisions =
         review.blocks.iter().map(|d| decision(d, catalog, frame)).collect::<Result<Vec<_>, _>>()?;
     let warn =
-        |message: String| observer.event(Event::Warned(Warning { stage: "review", message }));
+        |message: String| observer.event(Event::Warned(Warning { stage: Stage::Review, message }));
     let mut changes = Vec::with_capacity(decisions.len());
     for (said, (model, pose)) in review.blocks.iter().zip(decisions) {
         let here = nearest(blocks, catalog, model, &pose);
@@ -160,7 +160,7 @@ fn warn_of_doubt(
             catalog.get(fit.model).name,
             turned_rad.to_degrees()
         );
-        observer.event(Event::Warned(Warning { stage: "review", message }));
+        observer.event(Event::Warned(Warning { stage: Stage::Review, message }));
     }
 }
 

@@ -10,7 +10,7 @@ use crate::run_folder::{RunFolder, SHEETS};
 use crate::written::Written;
 use crate::{Error, Job, Result, Site, outputs, resume, review, settings, stored, version};
 use anyhow::anyhow;
-use geom::{Event, Observer, Warning};
+use geom::{Event, JobPart, Observer, Stage, Warning};
 use io::manifest::{Difference, Manifest, entry, verify};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -103,7 +103,7 @@ impl<'a> NewRun<'a> {
         for file in export(&self.folder.exports(), self.site, recognition, planned)? {
             self.written.record(&file)?;
         }
-        job.done("exports");
+        job.done(JobPart::Exports);
         self.note("warnings", json!(job.warnings()));
         let page = page::page(&PageInput {
             site: self.site,
@@ -116,7 +116,7 @@ impl<'a> NewRun<'a> {
         self.put_bytes(&self.folder.report(), page.html.as_bytes())?;
         self.put_bytes(&self.folder.picture(), &page.png)?;
         self.put_bytes(&self.folder.sheets(), &page.sheets)?;
-        job.done("report");
+        job.done(JobPart::Report);
         Ok(self)
     }
 
@@ -183,6 +183,9 @@ impl Run {
         let mut manifest = Manifest::new(version::STAMP, site.seed, config);
         manifest.inputs = site.inputs.clone();
         manifest.notes.insert("processor".into(), json!(version::processor()));
+        if let Some(file) = version::program_file() {
+            manifest.notes.insert("program_file".into(), json!(file));
+        }
         if let Some(learned) = &site.learned {
             manifest.notes.insert("ratings".into(), json!(learned));
         }
@@ -229,7 +232,7 @@ impl Run {
             Some(Ok(config)) => site.config = config,
             Some(Err(error)) => {
                 let message = format!("{}; the site's settings are taken instead", error.line());
-                job.event(Event::Warned(Warning { stage: "run", message }));
+                job.event(Event::Warned(Warning { stage: Stage::Run, message }));
             }
             None => {}
         }
@@ -279,7 +282,7 @@ impl Run {
                 message +=
                     ", the plan is still the run's; `tsumu plan` plans on the corrected blocks";
             }
-            job.event(Event::Warned(Warning { stage: "run", message: message.clone() }));
+            job.event(Event::Warned(Warning { stage: Stage::Run, message: message.clone() }));
             warnings.push(format!("run: {message}"));
         }
         Ok(warnings)

@@ -3,10 +3,11 @@
 use crate::recognition::Recognition;
 use metrics::Repeatability;
 use pipeline::PileVerdict;
-use plan::{BlockChoice, ThresholdRange, Uncertainty};
+use plan::{BlockChoice, ThresholdRange, Uncertainty, UnfilledReason};
 use scene::{Catalog, Placement, Plan, PlanSummary, Survey};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// `recognise/summary.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -110,6 +111,17 @@ pub struct PlannedSummary {
     pub unfilled: Vec<UnfilledCount>,
 }
 
+/// What a whole run ends with, for programs that started it.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunSummary<'a> {
+    /// Figures of recognition.
+    pub recognised: &'a RecogniseSummary,
+    /// Figures of the plan; `None` for an inventory.
+    pub planned: Option<&'a PlannedSummary>,
+    /// The run folder.
+    pub folder: PathBuf,
+}
+
 /// What a plan takes of one type.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TypeCount {
@@ -128,7 +140,7 @@ pub struct TypeCount {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnfilledCount {
     /// The reason's word in `unfilled.csv`.
-    pub reason: String,
+    pub reason: UnfilledReason,
     /// Places.
     pub places: usize,
     /// Volume missing in them, m³.

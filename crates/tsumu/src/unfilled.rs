@@ -27,11 +27,7 @@ pub(crate) fn write(path: &Path, site: &Site, places: &[Unfilled]) -> Result<()>
 pub(crate) fn by_reason(places: &[Unfilled]) -> Vec<UnfilledCount> {
     let of = |reason: UnfilledReason| {
         let own = || places.iter().filter(|u| u.reason == reason);
-        UnfilledCount {
-            reason: reason.word().into(),
-            places: own().count(),
-            void_m3: own().map(|u| u.void_m3).sum(),
-        }
+        UnfilledCount { reason, places: own().count(), void_m3: own().map(|u| u.void_m3).sum() }
     };
     let mut list: Vec<UnfilledCount> =
         UnfilledReason::ALL.into_iter().map(of).filter(|c| c.places > 0).collect();

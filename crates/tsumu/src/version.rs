@@ -1,5 +1,8 @@
 //! What program this is: for `--version`, manifests and reports.
 
+use io::manifest::Entry;
+use std::sync::OnceLock;
+
 /// Version and commit on one line. `+` after the commit: the sources had been changed since; "unknown": built without git.
 pub const STAMP: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("TSUMU_COMMIT"), ")");
 
@@ -16,8 +19,16 @@ pub const LONG: &str = concat!(
     env!("TSUMU_OPT_LEVEL"),
 );
 
-/// The class of processor, on which the last digits of a result depend: kernels add in the width of its registers. Results are
-/// equal to the byte within a class, and to some tenths of a millimetre between classes.
+/// Size and hash of the running program's file, the shipped weights in it included (of the Python package: the interpreter's);
+/// `None` where the system does not say where it is.
+pub fn program_file() -> Option<&'static Entry> {
+    static FILE: OnceLock<Option<Entry>> = OnceLock::new();
+    let read = || io::manifest::entry(&std::env::current_exe().ok()?).ok();
+    FILE.get_or_init(read).as_ref()
+}
+
+/// The class of processor. Results are equal to the byte between `x86-64-v3` and `x86-64-v4` (docs/trust.md says for which
+/// networks and policies); elsewhere within a class, and to some tenths of a millimetre between classes.
 pub fn processor() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {

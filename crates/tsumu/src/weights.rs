@@ -3,7 +3,7 @@
 use crate::error::OrBadInput;
 use crate::{Error, Result};
 use anyhow::{Context, anyhow};
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::manifest::{Entry, Manifest};
 use placement::{PlacementError, PlacementModel};
 use plan::{PlanConfig, Policy};
@@ -61,7 +61,7 @@ pub(crate) fn choose(
     };
     let description = &model.description;
     let origin = format!("{} ({from}, {} steps)", description.name, description.steps);
-    observer.event(Event::Noted { stage: "segment", message: format!("weights: {origin}") });
+    observer.event(Event::Noted { stage: Stage::Segment, message: format!("weights: {origin}") });
     Ok(Chosen { model, origin: WeightsOrigin { line: origin, file } })
 }
 
@@ -111,7 +111,7 @@ pub(crate) fn proposer(
     };
     let description = &model.description;
     let message = format!("placement network: {} ({} steps)", description.name, description.steps);
-    observer.event(Event::Noted { stage: "plan", message });
+    observer.event(Event::Noted { stage: Stage::Plan, message });
     let strange =
         |name: &String| catalog.find(name).is_some_and(|id| !model.knows(catalog.get(id)));
     let placed = config.block.iter().filter(|n| strange(n)).cloned();
@@ -126,7 +126,7 @@ pub(crate) fn proposer(
              one with `tsumu-lab train placement`",
             unseen_types.join(", ")
         );
-        observer.event(Event::Warned(Warning { stage: "plan", message }));
+        observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
     }
     Ok(Some(model))
 }

@@ -9,7 +9,7 @@ use crate::written::Written;
 use crate::{
     Job, Result, RunFolder, Site, TileOptions, TilePlan, TileRequest, TiledSite, stored, version,
 };
-use geom::{Event, Observer};
+use geom::{Event, JobPart, Observer, Stage};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -59,7 +59,7 @@ impl<'a> WholeRun<'a> {
         }
         let key = new.manifest.key(&this_program());
         let parts = Parts::kept(new.folder.root(), key, job)?;
-        job.done("read");
+        job.done(JobPart::Read);
         Ok(Self {
             site,
             options,
@@ -97,13 +97,13 @@ impl<'a> WholeRun<'a> {
             })?,
         };
         self.new_run()?.keep(&found)?;
-        job.done("write recognise");
+        job.done(JobPart::WriteRecognise);
         Ok(found)
     }
 
     /// Where a site is cut into tiles that is too large to be recognised as one.
     fn tiles_folder(&self) -> Option<PathBuf> {
-        self.parts.folder("tiles").filter(|_| self.site.is_cut())
+        self.parts.folder(JobPart::Tiles).filter(|_| self.site.is_cut())
     }
 
     fn recognise_in_tiles(&self, folder: &Path) -> Result<Recognition> {
@@ -115,7 +115,7 @@ impl<'a> WholeRun<'a> {
         let recognise = self.options.recognise.clone();
         let what = TiledSite { recognise, tiles, ..TiledSite::default() };
         let plan = TilePlan::make_for(self.site, &what, folder, job)?;
-        let stage = "segment";
+        let stage = Stage::Segment;
         let tiles = plan.tiles();
         job.event(Event::Started { stage, total: tiles.len() as u64 });
         for (at, tile) in tiles.iter().enumerate() {
@@ -145,7 +145,7 @@ impl<'a> WholeRun<'a> {
         let mut new = self.new_run()?;
         new.holds(recognition, planned);
         let folder = new.present(job)?.seal()?;
-        job.done("manifest");
+        job.done(JobPart::Manifest);
         self.parts.finish()?;
         Ok(folder)
     }
@@ -160,6 +160,5 @@ impl<'a> WholeRun<'a> {
 
 /// What tells this build from another of the same version: the program file's own hash.
 pub(crate) fn this_program() -> String {
-    let entry = std::env::current_exe().ok().and_then(|path| io::manifest::entry(&path).ok());
-    entry.map_or_else(|| version::STAMP.into(), |e| e.blake3)
+    version::program_file().map_or_else(|| version::STAMP.into(), |file| file.blake3.clone())
 }

@@ -1,11 +1,12 @@
 //! `tsumu next`: the next block to place, from a list of what was placed.
 
+use crate::cmd::chosen::OfRun;
 use crate::words;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{Job, Result, Run, Site};
+use tsumu::{Job, Result};
 
 /// Say which block to place next when those placed so far do not stand quite as planned.
 ///
@@ -14,18 +15,15 @@ use tsumu::{Job, Result, Run, Site};
 /// that place; the rest of the plan stays.
 #[derive(Debug, Args)]
 pub struct NextArgs {
-    /// A site folder whose run exists, or a run folder inside its site
-    #[arg(value_name = "SITE_OR_RUN")]
-    pub site_or_run: PathBuf,
+    /// The run and its site
+    #[command(flatten)]
+    pub of: OfRun,
     /// What was placed
     #[arg(long, value_name = "FILE")]
     pub placed: PathBuf,
     /// The plan that is built (placements.csv, or the folder of a plan) [default: that of the run]
     #[arg(long, value_name = "PLAN")]
     pub plan: Option<PathBuf>,
-    /// The site folder, when the run does not lie in it
-    #[arg(long, value_name = "SITE_DIR")]
-    pub site: Option<PathBuf>,
     /// How many blocks to say
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub count: u32,
@@ -36,9 +34,7 @@ pub struct NextArgs {
 
 /// Looks and says.
 pub fn next(args: &NextArgs, terminal: &Terminal, job: &Job) -> Result<()> {
-    let (folder, run) = tsumu::folders_of(&args.site_or_run, args.site.as_deref())?;
-    let site = Run::settled(run.root(), Site::load(&folder, job)?, job)?;
-    let found = Run::open_recognition(run.root(), &site, job)?;
+    let (site, run, found) = args.of.opened(job)?;
     let plan = site.read_plan(args.plan.as_deref().unwrap_or(run.root()))?;
     let (lifts, rows) = site.next(&found, &plan, &args.placed, args.count as usize, job)?;
     if let Some(file) = &args.out {

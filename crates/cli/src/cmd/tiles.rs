@@ -1,13 +1,12 @@
 //! `tsumu tiles`: a large site cut into tiles, worked on in any order and anywhere, merged without a seam.
 
 use crate::cmd::run::through;
-use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use scene::MemoryBound;
 use std::path::{Path, PathBuf};
 use terminal::Terminal;
 use tsumu::{
-    Error, Job, RecogniseOptions, Result, RunOptions, Settings, TileOptions, TilePlan, TileRequest,
+    Job, RecogniseOptions, Result, RunOptions, Settings, TileOptions, TilePlan, TileRequest,
     TiledSite, WholeRun,
 };
 
@@ -136,16 +135,12 @@ fn plan(args: &PlanArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// Where schedulers say which of many equal jobs this is.
-const INDEX_VARIABLES: [&str; 3] =
-    ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"];
-
 fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let plan = TilePlan::open(&args.plan)?;
     let key = match (&args.key, args.index) {
         (Some(key), _) => key.clone(),
         (None, Some(index)) => plan.tile_at(index)?.key.clone(),
-        (None, None) => plan.tile_at(scheduled_index()?)?.key.clone(),
+        (None, None) => plan.tile_of_job(|name| std::env::var(name).ok())?.key.clone(),
     };
     let request = TileRequest { site: args.site.clone(), memory: args.memory };
     let done = plan.work_on(&key, &request, job)?;
@@ -153,19 +148,6 @@ fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let how = if done.kept { "was done already" } else { "done" };
     terminal.say(format!("tile {key} {how}: it tells of {} blocks", done.blocks));
     Ok(())
-}
-
-fn scheduled_index() -> Result<usize> {
-    let said = INDEX_VARIABLES.iter().find_map(|name| Some((name, std::env::var(name).ok()?)));
-    let (name, value) = said.ok_or_else(|| {
-        Error::bad_input(anyhow!(
-            "which tile? Give --index or --key, or set one of {}",
-            INDEX_VARIABLES.join(", ")
-        ))
-    })?;
-    value
-        .parse()
-        .map_err(|_| Error::bad_input(anyhow!("{name} is `{value}`, which is no number of a tile")))
 }
 
 fn status(plan: &Path, terminal: &Terminal) -> Result<()> {

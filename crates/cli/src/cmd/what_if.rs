@@ -1,11 +1,12 @@
 //! `tsumu what-if`: the plan under other assumptions.
 
+use crate::cmd::chosen::OfRun;
 use crate::words;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use terminal::Terminal;
-use tsumu::{Job, Result, Run, Site, WhatIf};
+use tsumu::{Job, Result, WhatIf};
 
 /// Plan with another crest, slope, block or overflow threshold, every combination, into one table.
 ///
@@ -13,9 +14,9 @@ use tsumu::{Job, Result, Run, Site, WhatIf};
 /// on with when the same command is given again. Lists are separated by commas; what is not listed stays as the site has it.
 #[derive(Debug, Args)]
 pub struct WhatIfArgs {
-    /// A site folder whose run exists, or a run folder inside its site
-    #[arg(value_name = "SITE_OR_RUN")]
-    pub site_or_run: PathBuf,
+    /// The run and its site
+    #[command(flatten)]
+    pub of: OfRun,
     /// Folder for the table
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -31,16 +32,11 @@ pub struct WhatIfArgs {
     /// Overflow thresholds f, m
     #[arg(long, value_name = "M,…", value_delimiter = ',')]
     pub overflow: Vec<f32>,
-    /// The site folder, when the run does not lie in it
-    #[arg(long, value_name = "SITE_DIR")]
-    pub site: Option<PathBuf>,
 }
 
 /// Plans and says.
 pub fn what_if(args: &WhatIfArgs, terminal: &Terminal, job: &Job) -> Result<()> {
-    let (folder, run) = tsumu::folders_of(&args.site_or_run, args.site.as_deref())?;
-    let site = Run::settled(run.root(), Site::load(&folder, job)?, job)?;
-    let found = Run::open_recognition(run.root(), &site, job)?;
+    let (site, _, found) = args.of.opened(job)?;
     let what_if = WhatIf {
         raise_m: args.raise.clone(),
         slope_m: args.slope.clone(),

@@ -46,8 +46,10 @@ fn the_example_gives_the_bytes_of_the_command() {
     let (by_command, by_example) = (site.path().join("run"), site.path().join("example"));
     ok(&["run", &site.path().to_string_lossy()]);
     example::run(site.path(), &by_example).unwrap();
+    let apart = ["timing.json", "manifest.json"];
     let results = |folder: &Path| -> Vec<_> {
-        files(folder).into_iter().filter(|(name, _)| name != Path::new("timing.json")).collect()
+        let all = files(folder).into_iter();
+        all.filter(|(name, _)| !apart.iter().any(|n| name == Path::new(n))).collect()
     };
     let (a, b) = (results(&by_command), results(&by_example));
     assert_eq!(a.len(), b.len());
@@ -55,4 +57,15 @@ fn the_example_gives_the_bytes_of_the_command() {
         assert_eq!(name, other);
         assert!(x == y, "{} differs", name.display());
     }
+    // Manifests name the program that wrote them, and nothing else is otherwise.
+    let manifest = |folder: &Path| {
+        let text = std::fs::read_to_string(folder.join("manifest.json")).unwrap();
+        let mut all: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let program = all["notes"].as_object_mut().unwrap().remove("program_file").unwrap();
+        all.as_object_mut().unwrap().remove("own_blake3").unwrap();
+        (all, program)
+    };
+    let (a, b) = (manifest(&by_command), manifest(&by_example));
+    assert_eq!(a.0, b.0);
+    assert_ne!(a.1, b.1);
 }

@@ -152,6 +152,26 @@ fn the_manifest_vouches_for_itself() {
     ok(&["verify", &text(&out)]);
 }
 
+/// Inputs, weights, settings, program and class of processor; reviews: `a_review_stands_and_is_recorded`.
+#[test]
+fn the_manifest_says_what_made_a_run() {
+    let runs = tempfile::tempdir().unwrap();
+    let out = runs.path().join("run");
+    run(small(), &out, &[]);
+    let text = fs::read_to_string(out.join("manifest.json")).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for input in ["site.toml", "catalog.toml", "survey.laz"] {
+        assert_eq!(manifest["inputs"][input]["blake3"].as_str().map(str::len), Some(64), "{input}");
+    }
+    let notes = &manifest["notes"];
+    let program = fs::metadata(env!("CARGO_BIN_EXE_tsumu")).unwrap().len();
+    assert_eq!(notes["program_file"]["bytes"].as_u64(), Some(program), "{notes:#}");
+    assert_eq!(notes["program_file"]["blake3"].as_str().map(str::len), Some(64));
+    assert!(notes["weights"].as_str().is_some_and(|w| w.contains("steps")), "{notes:#}");
+    assert!(notes["processor"].as_str().is_some_and(|p| !p.is_empty()), "{notes:#}");
+    assert!(manifest["config"]["plan"].is_object() && manifest["seed"] == 5);
+}
+
 /// Files of one run in the folder of another were once taken for one run's.
 #[test]
 fn files_of_two_runs_are_no_run() {

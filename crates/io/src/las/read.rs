@@ -3,7 +3,7 @@
 use super::chunks::{self, Chunk, Points};
 use super::header::{self, Header, LasSummary};
 use crate::input::Input;
-use crate::ply::{label, not_a_label};
+use crate::ply::{instance_number, label, not_a_label};
 use crate::raw_cloud::RawCloud;
 use crate::read_options::{LeftOut, OVERLAP, ReadOptions};
 use crate::{IoError, Place};
@@ -266,14 +266,17 @@ pub(super) fn decode_records(
     let (mut ids, mut models, mut sure) = (Vec::new(), Vec::new(), Vec::new());
     for (i, record) in kept {
         let [id, kind, trust] = header.extra.values(record);
-        let fail = |name: &str, v: f64| IoError::malformed(path, place(i), not_a_label(name, v));
+        let fail = |name: &str, v: f64, largest: u32| {
+            IoError::malformed(path, place(i), not_a_label(name, v, largest))
+        };
         if instance {
-            let none = options.minus_one.filter(|_| id == -1.0);
-            let number = none.or_else(|| label(id, u32::MAX));
-            ids.push(number.ok_or_else(|| fail("instance", id))?);
+            let number = instance_number(id, options.minus_one);
+            ids.push(number.ok_or_else(|| fail("instance", id, u32::MAX))?);
         }
         if model {
-            models.push(label(kind, u16::MAX.into()).ok_or_else(|| fail("model", kind))? as u16);
+            let largest = u16::MAX.into();
+            let number = label(kind, largest).ok_or_else(|| fail("model", kind, largest))?;
+            models.push(number as u16);
         }
         if confidence {
             sure.push(trust as f32);

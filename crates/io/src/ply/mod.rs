@@ -7,7 +7,7 @@ mod read;
 mod relabel;
 mod write;
 
-pub(crate) use read::{label, not_a_label, read_mesh, reference};
+pub(crate) use read::{instance_number, label, not_a_label, read_mesh, reference};
 pub use read::{stream, stream_with};
 pub(crate) use relabel::relabel;
 pub use write::{write_cloud, write_mesh};

@@ -5,7 +5,7 @@ use crate::crs::{self, FileCrs};
 use crate::input::Input;
 use crate::mesh::RawMesh;
 use crate::raw_cloud::RawCloud;
-use crate::read_options::ReadOptions;
+use crate::read_options::{ByClass, LeaveOut, ReadOptions};
 use crate::{IoError, Place};
 use geom::{DVec3, Vec3};
 
@@ -128,6 +128,13 @@ struct Columns {
     model: Option<usize>,
     confidence: Option<usize>,
     line: Option<usize>,
+    class: Option<usize>,
+}
+
+/// Points counted and sorted out by their class.
+struct Sorting<'a> {
+    leave_out: &'a LeaveOut,
+    met: ByClass,
 }
 
 impl Columns {
@@ -160,6 +167,11 @@ impl Columns {
             model: scalar(&["model", "scalar_model"]),
             confidence: scalar(&["confidence", "scalar_confidence"]),
             line: scalar(&["point_source_id", "scalar_point_source_id", "line", "scalar_line"]),
+            class: element.properties.iter().position(|p| {
+                let name = p.name.to_ascii_lowercase();
+                p.list.is_none()
+                    && matches!(name.as_str(), "classification" | "scalar_classification")
+            }),
         })
     }
 
@@ -176,6 +188,11 @@ impl Columns {
         }
     }
 
+    /// Whether a record's class leaves it out.
+    fn leaves_out(&self, value: impl Fn(usize) -> f64, sorting: &mut Sorting) -> bool {
+        self.class.is_some_and(|i| sorting.met.leaves_out(value(i), sorting.leave_out))
+    }
+
     /// Appends one record.
     fn push(
         &self,
@@ -185,13 +202,12 @@ impl Columns {
     ) -> Result<(), IoError> {
         cloud.position.push(DVec3::from_array(self.xyz.map(&value)));
         if let (Some(i), Some(column)) = (self.instance, cloud.instance.as_mut()) {
-            let none = self.minus_one.filter(|_| value(i) == -1.0);
-            let id = none.or_else(|| label(value(i), u32::MAX));
-            column.push(id.ok_or_else(|| fail(not_a_label("instance", value(i))))?);
+            let id = instance_number(value(i), self.minus_one);
+            column.push(id.ok_or_else(|| fail(not_a_label("instance", value(i), u32::MAX)))?);
         }
         if let (Some(i), Some(column)) = (self.model, cloud.model.as_mut()) {
             let wide = label(value(i), u32::from(u16::MAX))
-                .ok_or_else(|| fail(not_a_label("model", value(i))))?;
+                .ok_or_else(|| fail(not_a_label("model", value(i), u16::MAX.into())))?;
             column.push(wide as u16);
         }
         if let (Some(i), Some(column)) = (self.confidence, cloud.confidence.as_mut()) {
@@ -213,8 +229,15 @@ pub(crate) fn label(value: f64, largest: u32) -> Option<u32> {
     (value >= 0.0 && value <= f64::from(largest) && value.fract() == 0.0).then_some(value as u32)
 }
 
-pub(crate) fn not_a_label(column: &str, value: f64) -> String {
-    format!("`{column}` = {value} is not a whole number from 0 (0 means none)")
+/// The number of an instance. −1 is read as `none`, where that is said; so is every other whole number below 0 where none is told
+/// from 0 (by the largest number).
+pub(crate) fn instance_number(value: f64, none: Option<u32>) -> Option<u32> {
+    let below_0 = none == Some(u32::MAX) && value < 0.0 && value.fract() == 0.0;
+    none.filter(|_| value == -1.0 || below_0).or_else(|| label(value, u32::MAX))
+}
+
+pub(crate) fn not_a_label(column: &str, value: f64, largest: u32) -> String {
+    format!("`{column}` = {value} is not a whole number from 0 to {largest} (0 means none)")
 }
 
 fn of_header(header: &Header) -> FileCrs {
@@ -254,6 +277,7 @@ pub fn stream_with(
         if !options.labels {
             (columns.instance, columns.model, columns.confidence) = (None, None, None);
         }
+        let mut sorting = Sorting { leave_out: &options.leave_out, met: ByClass::default() };
         match (header.encoding, element.stride()) {
             (Encoding::LittleEndian | Encoding::BigEndian, Some(stride)) => {
                 stream_fixed(
@@ -262,15 +286,17 @@ pub fn stream_with(
                     &columns,
                     stride,
                     header.encoding == Encoding::BigEndian,
+                    &mut sorting,
                     sink,
                 )?;
             }
-            _ => stream_records(input, &mut records, element, &columns, sink)?,
+            _ => stream_records(input, &mut records, element, &columns, &mut sorting, sink)?,
         }
         let float32 =
             columns.xyz.iter().any(|&i| element.properties[i].scalar == header::Scalar::F32)
                 && header.encoding != Encoding::Ascii;
-        return Ok(RawCloud { reference, crs, float32, ..RawCloud::default() });
+        let ByClass { classes, left_out } = sorting.met;
+        return Ok(RawCloud { reference, crs, float32, classes, left_out, ..RawCloud::default() });
     }
     Err(input.malformed(Place::File, "the file has no `vertex` element"))
 }
@@ -282,6 +308,7 @@ fn stream_fixed(
     columns: &Columns,
     stride: usize,
     big: bool,
+    sorting: &mut Sorting,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     let offsets: Vec<usize> = element
@@ -302,11 +329,17 @@ fn stream_fixed(
         for (i, record) in bytes.chunks_exact(stride).enumerate() {
             let at = Place::Record(done + i as u64 + 1);
             let fail = |what| IoError::malformed(input.path, at, what);
-            columns.push(&mut batch, |i| scalars[i].value(&record[offsets[i]..], big), fail)?;
+            let value = |i: usize| scalars[i].value(&record[offsets[i]..], big);
+            if columns.leaves_out(value, sorting) {
+                continue;
+            }
+            columns.push(&mut batch, value, fail)?;
             number(&mut batch, done + i as u64);
             finite(input, &batch, at)?;
         }
-        sink(batch)?;
+        if !batch.is_empty() {
+            sink(batch)?;
+        }
         done += count;
     }
     Ok(())
@@ -318,6 +351,7 @@ fn stream_records(
     records: &mut Records,
     element: &Element,
     columns: &Columns,
+    sorting: &mut Sorting,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     let (mut values, mut list) = (vec![0.0; element.properties.len()], Vec::new());
@@ -329,6 +363,9 @@ fn stream_records(
         } else {
             Place::Record(i + 1)
         };
+        if columns.leaves_out(|i| values[i], sorting) {
+            continue;
+        }
         columns.push(&mut batch, |i| values[i], |what| IoError::malformed(input.path, at, what))?;
         number(&mut batch, i);
         finite(input, &batch, at)?;

@@ -5,7 +5,7 @@ use crate::recognition::RecogniseOptions;
 use crate::run::Run;
 use crate::{Error, Job, Result, RunFolder, Site, version};
 use anyhow::anyhow;
-use geom::{Event, Observer, Warning};
+use geom::{Event, Observer, Stage, Warning};
 use io::manifest::{Entry, Manifest, entry};
 use monitor::Epoch;
 use scene::Recognised;
@@ -38,6 +38,11 @@ impl EpochRun {
         let run = RunFolder::existing(&run);
         if run.blocks().is_file() {
             Self::of_run(name, &site, &run, job)
+        } else if begun(run.root()) {
+            Err(Error::bad_input(anyhow!(
+                "{}: a run was begun there and is not whole, its recognise/blocks.csv is missing; `tsumu run` goes on with it",
+                run.root().display()
+            )))
         } else {
             Self::of_site(name, &site, options, job)
         }
@@ -60,16 +65,24 @@ impl EpochRun {
                 manifest.version,
                 version::STAMP
             );
-            job.event(Event::Warned(Warning { stage: "compare", message }));
+            job.event(Event::Warned(Warning { stage: Stage::Compare, message }));
         }
         let Run { recognition, planned, .. } = Run::open(run.root(), &site)?;
+        let blocks_file = entry(&run.blocks())?;
+        if manifest.outputs.get(BLOCKS).is_some_and(|written| *written != blocks_file) {
+            let message = format!(
+                "{name}: {BLOCKS} is not the one that the run wrote; its {} blocks are taken as corrected by hand",
+                recognition.blocks.len()
+            );
+            job.event(Event::Warned(Warning { stage: Stage::Compare, message }));
+        }
         Ok(Self {
             site,
             blocks: recognition.blocks,
             planned,
             name,
             folders: vec![folder.to_path_buf(), run.root().to_path_buf()],
-            blocks_file: Some(entry(&run.blocks())?),
+            blocks_file: Some(blocks_file),
         })
     }
 
@@ -136,6 +149,14 @@ impl EpochRun {
             b.join(", ")
         )))
     }
+}
+
+/// The blocks' file as a manifest names it.
+const BLOCKS: &str = "recognise/blocks.csv";
+
+/// Whether a run has left anything there.
+fn begun(run: &Path) -> bool {
+    std::fs::read_dir(run).is_ok_and(|mut files| files.next().is_some())
 }
 
 /// The site that a run lies in.

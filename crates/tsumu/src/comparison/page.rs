@@ -3,7 +3,7 @@
 use super::rows::basis;
 use super::{Compared, pictures};
 use io::changes_csv::ChangeRow;
-use monitor::{Class, Grade};
+use monitor::{Basis, Class, Grade};
 use report::changes_page::{self, ChangeMark, ChangesPage, PageTable};
 
 pub(super) fn html(out: &Compared, rows: &[ChangeRow]) -> String {
@@ -40,14 +40,20 @@ impl Compared<'_> {
 fn facts(out: &Compared) -> Vec<String> {
     let last = out.last();
     let (r, [dx, dy, dz]) = (&last.reference, last.reference.motion.shift_m);
-    let mut facts = vec![format!(
+    let registered = format!(
         "Registration on {}: the later survey was shifted by {dx:.3}, {dy:.3}, {dz:.3} m (east, north, up; height ± {:.3} m) and turned by {:.3}°.",
         basis(r.basis),
         1.96 * r.sd()[2],
         r.motion.turn_rad[2].to_degrees()
-    )];
+    );
+    let mut facts = vec![match r.basis {
+        Basis::Fixed => "No registration: the coordinates were left as they are.".into(),
+        _ => registered,
+    }];
     if let Some(moved) = last.common_movement {
-        let (z, level) = (moved.shift_m[2], moved.level_m[2]);
+        // Adding 0 takes the sign off what rounds to nothing.
+        let z = (1e3 * moved.shift_m[2]).round() / 1e3 + 0.0;
+        let level = moved.level_m[2];
         facts.push(match moved.settled {
             true => format!("Against the ground all blocks together went {z:+.3} m ± {level:.3} m."),
             false => format!(

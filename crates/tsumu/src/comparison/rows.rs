@@ -5,6 +5,7 @@ use geom::Vec3;
 use io::changes_csv::ChangeRow;
 use io::changes_gpkg::{EpochChanges, EpochRow, ObservationRow, Store, TrackRow};
 use monitor::{Basis, Change, Observation, Registration};
+use std::collections::BTreeMap;
 
 impl Compared<'_> {
     /// Rows of `changes.csv` of a step, from 0.
@@ -12,12 +13,17 @@ impl Compared<'_> {
         let site = &self.epochs[step].site;
         let frame = &site.survey.frame;
         let place = |p: Option<Vec3>| p.map(|p| frame.site_from_local(p).to_array());
+        let own_numbers = self.numbers_before(step);
+        let number_before = |id: u32| match &own_numbers {
+            Some(own) => own.get(&id).copied().flatten(),
+            None => Some(id),
+        };
         let one = |c: &Change| {
             let both = c.earlier_id.is_some() && c.later_id.is_some();
             let if_both = |v: f64| both.then_some(v);
             ChangeRow {
                 block_id: c.block_id,
-                earlier_id: c.earlier_id.and_then(|id| self.number_before(step, id)),
+                earlier_id: c.earlier_id.and_then(number_before),
                 later_id: c.later_id,
                 model: site.catalog.get(c.model).name.clone(),
                 class: c.class.word().into(),
@@ -39,11 +45,12 @@ impl Compared<'_> {
         self.steps[step].changes.iter().map(one).collect()
     }
 
-    /// A series numbers blocks by their tracks; the epoch has its own numbers. `None`: the epoch does not show it.
-    fn number_before(&self, step: usize, id: u32) -> Option<u32> {
-        let Some(series) = &self.series else { return Some(id) };
-        let own = |o: &&Observation| o.epoch == step && o.track == id;
-        series.observations().iter().find(own).and_then(|o| o.block)
+    /// A series numbers blocks by their tracks; each one's own number in the epoch before a step, `None` where the epoch does not
+    /// show it. `None` of all: no series was made, and numbers are the epoch's.
+    fn numbers_before(&self, step: usize) -> Option<BTreeMap<u32, Option<u32>>> {
+        let series = self.series.as_ref()?;
+        let own = series.observations().iter().filter(|o| o.epoch == step);
+        Some(own.map(|o| (o.track, o.block)).collect())
     }
 
     /// The project store; `None` where no series was made.

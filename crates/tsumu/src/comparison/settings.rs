@@ -25,6 +25,10 @@ impl CompareOptions {
             .or_bad_input()?;
         let settings: Settings = toml::from_str(&text).with_context(named).or_bad_input()?;
         check(&settings.spans).map_err(|why| Error::bad_input(anyhow!("{}: {why}", named())))?;
+        settings
+            .compare
+            .check()
+            .map_err(|why| Error::bad_input(anyhow!("{}: compare.{why}", named())))?;
         (self.config, self.spans) = (settings.compare, settings.spans);
         Ok(())
     }

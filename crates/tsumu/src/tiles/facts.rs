@@ -7,7 +7,7 @@ use super::grid::{Cell, Core, Grid};
 use super::part::{PartReader, PartSurvey};
 use super::scan::Scanned;
 use crate::{Job, Result};
-use geom::{Event, Observer, SeedTree};
+use geom::{Event, Observer, SeedTree, Stage};
 use pipeline::{Config, LineShifts, PileFacts, Recogniser};
 use scene::{Catalog, Survey};
 use segment::SegmentModel;
@@ -63,7 +63,7 @@ pub(crate) fn estimate(asked: &Asked, job: &Job) -> Result<PileFacts> {
         found.pile.stated,
         1e3 * found.facts.noise_sd_m
     );
-    job.event(Event::Noted { stage: "pose", message });
+    job.event(Event::Noted { stage: Stage::Pose, message });
     Ok(PileFacts { lines, ..found.facts })
 }
 

@@ -9,7 +9,7 @@ use super::plan::TilePlan;
 use super::work::{Claim, Done, TileResult};
 use crate::recognition::{Recognition, Segments};
 use crate::{Error, Job, Result, Site, review};
-use geom::{Event, Observer, Vec3, Warning};
+use geom::{Event, Observer, Stage, Vec3, Warning};
 use pipeline::PileVerdict;
 use scene::{Catalog, Guess, InstanceId, PoseLimits, Recognised, Verdict};
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,7 +33,7 @@ impl TilePlan {
         let mut told = Vec::new();
         let mut pile = PileVerdict {
             size: self.facts().size,
-            viewpoint: self.facts().viewpoint,
+            viewpoint: self.facts().viewpoint.clone(),
             ..PileVerdict::default()
         };
         let (mut standing, mut explained, mut hypotheses) = (0, 0, 0);
@@ -51,7 +51,7 @@ impl TilePlan {
         pile.stated = scene::stated(&blocks).count();
         pile.explained = explained as f32 / (standing as f32).max(1.0);
         for message in pile.warnings() {
-            job.event(Event::Warned(Warning { stage: "pose", message }));
+            job.event(Event::Warned(Warning { stage: Stage::Pose, message }));
         }
         let (catalog, frame) = (&site.catalog, &site.survey.frame);
         let review = review::apply(site.review.as_ref(), catalog, frame, &mut blocks, job)?;
@@ -119,7 +119,7 @@ impl TilePlan {
                     found.result,
                     other.join(", ")
                 );
-                job.event(Event::Warned(Warning { stage: "read", message }));
+                job.event(Event::Warned(Warning { stage: Stage::Read, message }));
             }
         }
         Ok(done)

@@ -134,6 +134,10 @@ pub struct TiledSite {
     pub tiles: TileOptions,
 }
 
+/// Where schedulers (Slurm, Kubernetes, AWS Batch) say which of many equal jobs this is.
+const INDEX_VARIABLES: [&str; 3] =
+    ["SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"];
+
 impl TilePlan {
     /// Cuts a site: reads its surveys once, writes their points by cell and estimates on a part of them what every tile must know of
     /// the whole. A plan of the same site with the same settings that is there already is opened instead.
@@ -215,6 +219,22 @@ impl TilePlan {
                 self.tiles().len()
             ))
         })
+    }
+
+    /// The tile whose number a scheduler gave to one of many equal jobs, in the environment that `variable` reads. Errors: no
+    /// number there, or not one of a tile.
+    pub fn tile_of_job(&self, variable: impl Fn(&str) -> Option<String>) -> Result<&Tile> {
+        let said = INDEX_VARIABLES.iter().find_map(|name| Some((name, variable(name)?)));
+        let (name, value) = said.ok_or_else(|| {
+            Error::bad_input(anyhow!(
+                "which tile? Give --index or --key, or set one of {}",
+                INDEX_VARIABLES.join(", ")
+            ))
+        })?;
+        let index = value.parse().map_err(|_| {
+            Error::bad_input(anyhow!("{name} is `{value}`, which is no number of a tile"))
+        })?;
+        self.tile_at(index)
     }
 
     /// Most memory any of its tiles needs, bytes.

@@ -9,7 +9,7 @@ use crate::error::OrBadInput;
 use crate::local_survey::{noisiest, round_origin};
 use crate::{Error, Job, Result, surveys};
 use anyhow::anyhow;
-use geom::{DVec3, Event, Observer, Warning};
+use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::crs::FileCrs;
 use io::read_options::describe;
 use io::{RawCloud, ReadOptions};
@@ -330,7 +330,7 @@ impl Pass {
         let left_out = describe(&meta.left_out);
         if !left_out.is_empty() {
             let message = format!("{}: left out {left_out}", survey.file.display());
-            job.event(Event::Warned(Warning { stage: "read", message }));
+            job.event(Event::Warned(Warning { stage: Stage::Read, message }));
         }
         let stated: Vec<DVec3> = survey.spec.sensors().map(DVec3::from_array).collect();
         let of_file = if stated.is_empty() { meta.sensor_positions.clone() } else { stated };
@@ -369,7 +369,7 @@ impl Pass {
             one.y,
             one.z
         );
-        job.event(Event::Warned(Warning { stage: "read", message }));
+        job.event(Event::Warned(Warning { stage: Stage::Read, message }));
         self.strays.push(StrayCubes { cubes: stray, numbers: self.first_of_file..self.points });
     }
 

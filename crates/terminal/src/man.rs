@@ -1,9 +1,9 @@
 //! `tsumu man`: a manual page for the program and one for each subcommand.
 
+use crate::Terminal;
 use anyhow::Context;
 use clap::{Args, CommandFactory};
 use std::path::PathBuf;
-use terminal::Terminal;
 use tsumu::Result;
 
 /// Writes tsumu.1, tsumu-run.1, … into a folder.

@@ -4,14 +4,14 @@
 //! of, so that blocks meet them as they meet any other points; what is found of those points becomes what is found of the cells.
 //! A survey that is no grid stays as it is.
 
-use crate::Config;
+use crate::PoseConfig;
+use crate::gridded::Gridded;
+use crate::survey_facts::SurveyFacts;
 use geom::Lattice;
-use pose::gridded::Gridded;
-use pose::survey_facts::SurveyFacts;
 use scene::{Catalog, Segmentation, Survey};
 
 /// A survey as recognition works on it.
-pub(crate) struct Cells<'s> {
+pub struct Cells<'s> {
     given: &'s Survey,
     gridded: Option<Gridded>,
 }
@@ -37,10 +37,10 @@ impl<'s> Cells<'s> {
     }
 
     /// Settings that know how far its points may be off.
-    pub fn settings(&self, catalog: &Catalog, config: &Config) -> Config {
+    pub fn settings(&self, catalog: &Catalog, config: &PoseConfig) -> PoseConfig {
         let smallest_m = catalog.iter().map(|(_, m)| m.d_max_m).fold(f32::INFINITY, f32::min);
         let mut config = config.clone();
-        config.pose.noise_sd_m = config.pose.noise_sd_m.or_else(|| self.noise_sd_m(smallest_m));
+        config.noise_sd_m = config.noise_sd_m.or_else(|| self.noise_sd_m(smallest_m));
         config
     }
 
@@ -61,12 +61,6 @@ impl<'s> Cells<'s> {
         }
         Segmentation { instance, confidence, ..found }
     }
-}
-
-/// A survey as points on surfaces, and settings that know how far its cells may be off; no grid: both as they are.
-pub fn as_points(survey: &Survey, catalog: &Catalog, config: &Config) -> (Survey, Config) {
-    let cells = Cells::of(survey);
-    (cells.survey().clone(), cells.settings(catalog, config))
 }
 
 #[cfg(test)]

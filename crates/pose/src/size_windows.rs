@@ -1,17 +1,14 @@
-//! The size of the blocks, asked of the survey before anything is recognised.
+//! The size of the blocks, asked of a survey before anything is recognised.
 //!
 //! In: a survey, shapes whose sizes do not matter. Out: sizes that fit, best first. A large survey is asked in a few windows,
 //! those with much relief and those with less: blocks of one size lie in all of them.
 
-use crate::{Config, PipelineError};
+use crate::gridded::Gridded;
+use crate::size_search::{SizeProposal, SizeSearch, fit_block_size};
+use crate::survey_facts::SurveyFacts;
+use crate::{PoseConfig, PoseError};
 use geom::{Bounds, Observer, SeedTree, Vec2, Vec3};
-use pose::gridded::Gridded;
-use pose::size_search::fit_block_size;
-use pose::survey_facts::SurveyFacts;
 use scene::{Catalog, Survey};
-
-pub use pose::size::{REFUSED_FROM, Scale, WARNED_FROM};
-pub use pose::size_search::{SizeProposal, SizeSearch};
 
 /// Points a size is sought in, at most.
 const MOST_POINTS: usize = 300_000;
@@ -29,23 +26,23 @@ pub fn fit_sizes(
     survey: &Survey,
     catalog: &Catalog,
     search: &SizeSearch,
-    config: &Config,
+    config: &PoseConfig,
     observer: &dyn Observer,
-) -> Result<Vec<SizeProposal>, PipelineError> {
+) -> Result<Vec<SizeProposal>, PoseError> {
     if survey.cloud.is_empty() {
         return Ok(Vec::new());
     }
     let part = windows(survey, MOST_POINTS);
     let facts = SurveyFacts::of(&part, GUESS_M);
     let gridded = facts.lattice.as_ref().map(|lattice| Gridded::new(&part, lattice));
-    let noise_m = config.pose.noise_sd_m.unwrap_or_else(|| facts.noise_sd_m(&part, GUESS_M));
+    let noise_m = config.noise_sd_m.unwrap_or_else(|| facts.noise_sd_m(&part, GUESS_M));
     let (part, noise_m) = match &gridded {
         Some(gridded) => (&gridded.survey, noise_m.hypot(gridded.error_rms_m())),
         None => (&part, noise_m),
     };
     // Chance has no say in what is proposed.
     let seed = SeedTree::new(0).child("sizes", 0);
-    Ok(fit_block_size(part, catalog, noise_m, search, &config.pose, seed, observer)?)
+    fit_block_size(part, catalog, noise_m, search, config, seed, observer)
 }
 
 /// The survey itself, or so many of its points in a few windows, each at the survey's own density.
@@ -168,7 +165,7 @@ mod tests {
             &Survey::default(),
             &Catalog::new(Vec::new()),
             &SizeSearch::default(),
-            &Config::default(),
+            &PoseConfig::default(),
             &Silent,
         );
         assert!(found.is_ok_and(|f| f.is_empty()));
