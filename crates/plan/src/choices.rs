@@ -4,8 +4,7 @@
 
 use crate::{
     ObjectiveConfig, PlanConfig, PlanError, PlanInput, bettered, finished, first_blocks,
-    improve::Effort, rounds,
-    site, summary,
+    improve::Effort, rounds, site, summary,
 };
 use geom::{Observer, SeedTree};
 use scene::Plan;

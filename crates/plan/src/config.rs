@@ -5,8 +5,8 @@
 //! part gets sensible ones. [`PlanConfig`] is what a user writes, [`Settings`] what the planner uses.
 
 use crate::{
-    BlockChoice, CraneConfig, ObjectiveConfig, PatternConfig, PlanError, SignWeights, UncertaintyConfig,
-    WorksConfig, ZoneConfig,
+    BlockChoice, CraneConfig, ObjectiveConfig, PatternConfig, PlanError, SignWeights,
+    UncertaintyConfig, WorksConfig, ZoneConfig,
 };
 use scene::BlockModel;
 use serde::{Deserialize, Serialize};

@@ -169,7 +169,9 @@ pub enum PlanError {
     #[error("policy `pattern` places one type: name one in plan.blocks, or use policy `search`")]
     PatternPlacesOneType,
     /// Settings of a pattern that is not asked for.
-    #[error("plan.pattern goes with policy `pattern`: set policy = \"pattern\" or take the table out")]
+    #[error(
+        "plan.pattern goes with policy `pattern`: set policy = \"pattern\" or take the table out"
+    )]
     PatternWithoutPolicy,
     /// Paths are searched for windows that other policies tried in vain.
     #[error("plan.insertion = \"guided\" goes with policy `search` or `network`: use one of them")]

@@ -53,7 +53,9 @@ pub mod windows;
 pub use assortment::{BlockChoice, ZoneConfig};
 pub use built::BuildingConfig;
 pub use choices::{Aim, choices};
-pub use config::{Insertion, Inside, NetworkConfig, PlanConfig, Policy, RandomConfig, SearchConfig, Settings};
+pub use config::{
+    Insertion, Inside, NetworkConfig, PlanConfig, Policy, RandomConfig, SearchConfig, Settings,
+};
 pub use crane::CraneConfig;
 pub use depth_image::{DEEPEST, DepthView, FORBIDDEN};
 pub use each_window::{WindowAnswer, each_window};

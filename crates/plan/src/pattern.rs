@@ -107,7 +107,11 @@ impl Pattern {
         let local = |k: usize| (origin[k] - frame.origin[k]) as f32;
         if !(local(0).is_finite() && local(1).is_finite() && config.bearing_deg.is_finite()) {
             let (key, value) = ("pattern.bearing_deg", config.bearing_deg);
-            return Err(PlanError::BadSetting { key, value, why: "it and the origin must be numbers" });
+            return Err(PlanError::BadSetting {
+                key,
+                value,
+                why: "it and the origin must be numbers",
+            });
         }
         let (width_m, height_m) = ((high[0] - low[0]) as f32, (high[1] - low[1]) as f32);
         let widest_m = width_m.hypot(height_m);
@@ -117,7 +121,11 @@ impl Pattern {
         }
         if (widest_m / spacing_m.x) * (widest_m / spacing_m.y) > MOST_NODES {
             let (key, value) = ("pattern.spacing_m", spacing_m.min_element());
-            return Err(PlanError::BadSetting { key, value, why: "it gives more than a million nodes" });
+            return Err(PlanError::BadSetting {
+                key,
+                value,
+                why: "it gives more than a million nodes",
+            });
         }
         if config.layers == Some(0) {
             let (key, value) = ("pattern.layers", 0.0);
@@ -198,7 +206,12 @@ impl Pattern {
         let away = |at: &Vec2| (*at - window.centre).length();
         let nearest = nodes.min_by(|a, b| away(&a.1).total_cmp(&away(&b.1)));
         let of = |(node, at): (PatternNode, Vec2)| {
-            self.candidates(stack, kind, node, &each_window::window_at(stack, at, kind.settings.window_m))
+            self.candidates(
+                stack,
+                kind,
+                node,
+                &each_window::window_at(stack, at, kind.settings.window_m),
+            )
         };
         nearest.map_or(Vec::new(), of)
     }
@@ -251,8 +264,9 @@ fn attitudes_of(
         let all: Vec<Quat> = set.into_iter().map(|q| turn * q).collect();
         return [all.clone(), all];
     }
-    let middle =
-        |p: &ConvexPart| p.corners.iter().sum::<Vec3>() / p.corners.len().max(1) as f32 - block.centre;
+    let middle = |p: &ConvexPart| {
+        p.corners.iter().sum::<Vec3>() / p.corners.len().max(1) as f32 - block.centre
+    };
     let leg = block.parts.iter().map(middle).find(|v| v.length() > LEG * block.d_box_m);
     let axis = leg.map_or(Vec3::Z, Vec3::normalize);
     let about = |to: Vec3| -> Vec<Quat> {
@@ -297,7 +311,8 @@ pub(crate) fn fill(
                         if p.state == PlacementState::Kept {
                             let block = InstanceId(stack.blocks.len() as u32 + 1);
                             let site_from_block = p.rest;
-                            stack.add(PlacedBlock { block, model: p.model, site_from_block }, layer);
+                            stack
+                                .add(PlacedBlock { block, model: p.model, site_from_block }, layer);
                             (left, done) = (left - 1, done + 1);
                         }
                         filled.tried.push((p, deficit_m3));

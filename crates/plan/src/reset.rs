@@ -151,12 +151,7 @@ fn held(site: &Site, input: &PlanInput, done: &[Placement], block: &PlacedBlock)
 }
 
 /// The neighbours that move when a block is gone, but would not beside it: recognised poses are centimetres off, and some settle anyway.
-fn carried(
-    site: &Site,
-    input: &PlanInput,
-    stack: &Stack,
-    block: &PlacedBlock,
-) -> Vec<InstanceId> {
+fn carried(site: &Site, input: &PlanInput, stack: &Stack, block: &PlacedBlock) -> Vec<InstanceId> {
     let settings = &site.main().settings;
     let model = input.catalog.get(block.model);
     let at = block.site_from_block * model.centre;
@@ -189,7 +184,8 @@ fn carried(
         let (mut world, ids, _) = world(with, &touching);
         let time_s = FOLLOWS_S * settings.physics.length_unit_m.sqrt();
         world.step((time_s / world.step_s()).ceil() as usize);
-        let centre = |i: usize, pose: geom::Pose| pose * input.catalog.get(stack.blocks[i].model).centre;
+        let centre =
+            |i: usize, pose: geom::Pose| pose * input.catalog.get(stack.blocks[i].model).centre;
         let of = |(i, id): &(usize, BodyId)| {
             let now = world.pose(*id).unwrap_or(stack.blocks[*i].site_from_block);
             (centre(*i, now) - centre(*i, stack.blocks[*i].site_from_block)).length()
@@ -257,4 +253,3 @@ fn numbers(blocks: &[InstanceId]) -> String {
     let all: Vec<String> = blocks.iter().map(|b| b.0.to_string()).collect();
     format!("{} {}", if all.len() == 1 { "block" } else { "blocks" }, all.join(", "))
 }
-

@@ -4,8 +4,8 @@
 //! that of serving them one by one. What has settled is fixed for the rounds to come.
 
 use crate::{
-    Insertion, PlanError, Policy, acceptance, batches, guided, network_pose, pattern,
-    random_pose, search,
+    Insertion, PlanError, Policy, acceptance, batches, guided, network_pose, pattern, random_pose,
+    search,
     site::{Poses, Site, TypeToPlace},
     stack::Stack,
     trial::Drop,

@@ -6,7 +6,8 @@
 //! what planning it would give.
 
 use crate::{
-    Insertion, PlanConfig, PlanError, PlanInput, Policy, bettered, finished, first_blocks, improve::Effort, rounds, site, summary,
+    Insertion, PlanConfig, PlanError, PlanInput, Policy, bettered, finished, first_blocks,
+    improve::Effort, rounds, site, summary,
 };
 use geom::{Event, Observer, SeedTree, Stage};
 use scene::Plan;

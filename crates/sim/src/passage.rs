@@ -46,7 +46,10 @@ impl Passage {
                 near.intersects(edges) && touches(&at, hull, place, other, gap)
             };
             !self.others.iter().any(meets)
-                && !self.statics.iter().any(|(shape, place)| on_static(&at, hull, place, shape, gap))
+                && !self
+                    .statics
+                    .iter()
+                    .any(|(shape, place)| on_static(&at, hull, place, shape, gap))
         })
     }
 }
