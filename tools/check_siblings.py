@@ -1437,7 +1437,7 @@ def k10_one_triangle_turned(w):
     f[3] = f[3][::-1]
     seen, _ = mesh_case(w, "m.obj", obj(v, f))
     if seen.code == 2:
-        refused(seen, "m.obj")
+        refused(seen, "own", "mesh")
     else:
         said(seen, "8.0000 m³")
 
@@ -1445,7 +1445,7 @@ def k10_one_triangle_turned(w):
 @case
 def k10_open(w):
     v, f = cube()
-    refused(mesh_case(w, "m.obj", obj(v, f[:-1]))[1], "m.obj")
+    refused(mesh_case(w, "m.obj", obj(v, f[:-1]))[1], "own", "mesh")
 
 
 @case
@@ -1454,7 +1454,7 @@ def k10_two_cubes_overlap(w):
     b, fb = cube(2.0, (1.0, 0, 0))
     seen, checked = mesh_case(w, "m.obj", obj(np.vstack([a, b]), np.vstack([fa, fb + len(a)])))
     if seen.code == 2:
-        refused(checked, "m.obj")
+        refused(checked, "own", "mesh")
     else:
         said(seen, "12.0000 m³")
 
@@ -1463,7 +1463,7 @@ def k10_two_cubes_overlap(w):
 def k10_shell_twice_turned(w):
     v, f = cube()
     seen, _ = mesh_case(w, "m.stl", binary_stl(v, np.vstack([f, f[:, ::-1]])))
-    refused(seen, "m.stl") if seen.code == 2 else said(seen, "8.0000 m³")
+    refused(seen, "own", "mesh") if seen.code == 2 else said(seen, "8.0000 m³")
 
 
 @case
