@@ -152,8 +152,8 @@ class Sweep:
         happened = any("INJECTED" in line or "killed by SIGKILL" in line for line in lines)
         # Threads are counted apart: the line itself may be the n-th write of the thread that says it.
         unheard = any(" write(2, " in line and "INJECTED" in line for line in lines)
-        # What fails while the system loads the program ends it before its first line.
-        early = name in ("mmap", "mprotect", "openat", "read") and int(inject.split("when=")[1]) <= self.loader_calls
+        # What fails while the system loads the program, or the language's runtime gets ready, ends it before its first line.
+        early = "fatal runtime error: initialization" in said or name in ("mmap", "mprotect", "openat", "read") and int(inject.split("when=")[1]) <= self.loader_calls
         faults = self.faults_of(folder, code, said, killed=early or "signal=KILL" in inject, unheard=unheard)
         again, then = call(self.run_in(folder))
         after = bytes_below(folder)

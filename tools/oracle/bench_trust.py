@@ -49,7 +49,7 @@ def arguments():
 def recognise(args, cloud, catalog, run, extra=()):
     """Runs the program; its log, status and seconds are kept beside the run."""
     log = run / "bench.json"
-    if log.is_file() and not args.again:
+    if log.is_file() and not args.again and json.loads(log.read_text())["status"] == 0:
         return json.loads(log.read_text())
     shutil.rmtree(run, ignore_errors=True)
     run.parent.mkdir(parents=True, exist_ok=True)

@@ -6,6 +6,7 @@
 use crate::process::{cargo, command, done, done_within, heard, output, works};
 use crate::{citations, root};
 use anyhow::{Context, Result, bail};
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
@@ -53,6 +54,7 @@ const STEPS: &[Step] = &[
     Step { name: "citations", by_hand: "cargo xtask check citations", run: resolve },
     Step { name: "tests", by_hand: "cargo test --release --workspace --locked", run: tests },
     Step { name: "exports", by_hand: "python3 tools/check_exports.py, check_run.py", run: exports },
+    Step { name: "python", by_hand: "pytest python/tests (python/README.md)", run: python },
     Step {
         name: "faults",
         by_hand: "python3 tools/faults.py target/release/tsumu OUT --every K --kills N",
@@ -230,6 +232,50 @@ fn exports(_: &mut Tests) -> Result<Went> {
     Ok(Went::Well)
 }
 
+/// The Python package as a wheel in an environment of its own, and its tests, which hold it against the program of the same build.
+fn python(tests: &mut Tests) -> Result<Went> {
+    let work = emptied("xtask-python")?;
+    let at = |name: &str| work.join(name).display().to_string();
+    let python = at("venv/bin/python");
+    if !python_with(&at("venv"), "python/requirements-test.txt") {
+        return Ok(Went::Skipped(
+            "there is no Python, or python/requirements-test.txt cannot be installed here; the package is compiled only"
+                .into(),
+        ));
+    }
+    let module = ["build", "--release", "--workspace", "--bins", "--lib", "--example", "exports"];
+    done(cargo(&[&module[..], &["--locked"]].concat()))?;
+    let built = |name: &str| built().join("release").join(name).display().to_string();
+    let module = built(&format!("{DLL_PREFIX}_tsumu{DLL_SUFFIX}"));
+    done(command(&python, ["tools/pack_wheel.py", &module, &at("wheels")]))?;
+    let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--find-links"];
+    done(command(&python, [&install[..], &[&at("wheels"), "tsumu"]].concat()))?;
+    let mut all = command(&python, ["-m", "pytest", "-q", "-rs", "python/tests"]);
+    all.env("TSUMU_PROGRAM", built("tsumu"));
+    let well = heard(all, |line| {
+        let (passed, failed) = pytest_counts(line);
+        tests.passed += passed;
+        tests.failed += failed;
+    })?;
+    if !well {
+        bail!("tests of the Python package failed");
+    }
+    Ok(Went::Well)
+}
+
+/// Passed and failed in a line such as `1 failed, 78 passed, 1 skipped in 41.20s`.
+fn pytest_counts(line: &str) -> (u64, u64) {
+    let words: Vec<&str> = line.split([' ', ',', '=']).filter(|w| !w.is_empty()).collect();
+    if !words.contains(&"in") {
+        return (0, 0);
+    }
+    let before = |word: &str| {
+        let at = words.iter().position(|w| *w == word)?;
+        words.get(at.checked_sub(1)?)?.parse().ok()
+    };
+    (before("passed").unwrap_or(0), before("failed").unwrap_or(0))
+}
+
 /// Builds the programs. With an example, so that units have the features of the tests and nothing is built anew.
 fn built_programs() -> Command {
     let programs = ["build", "--release", "--workspace", "--bins", "--example", "exports"];
@@ -352,6 +398,13 @@ mod tests_of_words {
         assert_eq!(counts("test result: FAILED. 3 passed; 2 failed; 0 ignored"), Some((3, 2)));
         assert_eq!(counts("test a::b ... ok"), None);
         assert_eq!(counts("test result: passed"), None);
+    }
+
+    #[test]
+    fn results_of_pytest_are_counted() {
+        assert_eq!(pytest_counts("1 failed, 78 passed, 1 skipped in 41.20s"), (78, 1));
+        assert_eq!(pytest_counts("=== 3 passed in 0.1s ==="), (3, 0));
+        assert_eq!(pytest_counts("SKIPPED [1] a.py:3: 2 passed tests are not enough"), (0, 0));
     }
 
     #[test]

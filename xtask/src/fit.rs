@@ -62,15 +62,17 @@ fn votes(weights: &str, out: &Path) -> Result<()> {
     done(cargo(&[&program[..], &["--", &model, &made]].concat()))
 }
 
-/// Makes piles and scenes without blocks, and fits the weights to the features of every accepted block; piles of another
-/// seed tell on the standard error how good they are. `OUT/confidence.txt` is the file with the new weights.
+/// Makes piles and scenes without blocks from two seeds and fits the weights to the features of every accepted block; how well
+/// each seed is predicted from the other is told on the standard error. `OUT/confidence.txt` is the file with the new weights.
 fn pose_confidence(out: &Path) -> Result<()> {
     let example = "fit_pose_confidence";
     done(cargo(&["build", "--release", "--locked", "-p", "pose", "--example", example]))?;
     let program = built().join("release/examples").join(example).display().to_string();
     let file = |name: &str| out.join(name).display().to_string();
-    let (fitted, checked) = (file("features-710001.csv"), file("features-810001.csv"));
-    done(command(&program, ["collect", "710001", "2", &fitted]))?;
-    done(command(&program, ["collect", "810001", "1", &checked]))?;
-    done(command(&program, ["fit", &fitted, &checked, &file("confidence.txt")]))
+    let seeds = ["710001", "810001"].map(|seed| (seed, file(&format!("features-{seed}.csv"))));
+    for (seed, features) in &seeds {
+        done(command(&program, ["collect", seed, "1", features]))?;
+    }
+    let [(_, first), (_, second)] = &seeds;
+    done(command(&program, ["fit", first, second, &file("confidence.txt")]))
 }

@@ -1,6 +1,6 @@
 //! A design surface from another program: LandXML (.xml), GeoTIFF (.tif), DXF with faces (.dxf).
 
-use crate::crs::{FileCrs, Unit};
+use crate::crs::{self, FileCrs, Unit};
 use crate::input::Input;
 use crate::mesh::extension;
 use crate::tin::Tin;
@@ -89,8 +89,22 @@ fn of_geotiff(input: &mut Input) -> Result<DesignRead, IoError> {
         return Err(input.malformed(Place::File, "no cell of the image holds a height"));
     }
     let (surface, taken) = (image.raster.design(), String::new());
-    let reference = FileCrs { vertical_unit: None, ..image.reference };
+    let stated = crs::or_beside(input.path, of_side_file(input.path, image.reference));
+    let reference = FileCrs { vertical_unit: None, ..stated };
     Ok(DesignRead { surface, reference, taken, notes })
+}
+
+/// GDAL can keep the system of an image without keys in a file beside it.
+fn of_side_file(path: &Path, own: FileCrs) -> FileCrs {
+    if !own.is_unstated() {
+        return own;
+    }
+    let mut name = path.as_os_str().to_owned();
+    name.push(".aux.xml");
+    let text = crate::input::read_text(Path::new(&name), 1 << 20).unwrap_or_default();
+    let document = roxmltree::Document::parse(&text).ok();
+    let node = document.as_ref().and_then(|d| d.descendants().find(|n| n.has_tag_name("SRS")));
+    node.and_then(|n| n.text()).map(crs::of_text).unwrap_or_default()
 }
 
 /// GDAL can keep a mask in a file beside the image.
@@ -117,7 +131,9 @@ fn of_dxf(input: &mut Input, options: &DesignOptions) -> Result<DesignRead, IoEr
     if read.layers.len() > 1 {
         read.notes.push(format!("the design was taken from the layers {layers}"));
     }
-    let reference = FileCrs::default();
+    // What the numbers are in is said by the drawing's unit.
+    let beside = crs::or_beside(input.path, FileCrs::default());
+    let reference = FileCrs { vertical_unit: None, ..beside };
     Ok(DesignRead { surface, reference, taken: layers, notes: read.notes })
 }
 

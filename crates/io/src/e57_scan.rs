@@ -30,7 +30,7 @@ pub fn stream(
 
 /// A code, or well-known text.
 fn of_metadata(text: &str) -> crs::FileCrs {
-    crs::code(text).map_or_else(|| crs::of_wkt(text), crs::FileCrs::of_code)
+    crs::code(text).map_or_else(|| crs::of_text(text), crs::FileCrs::of_code)
 }
 
 /// What the file says of its coordinates.

@@ -1,6 +1,7 @@
 //! An opened file (or bytes in memory) with its name and size: what every reader reads from.
 
 use crate::{IoError, Place};
+use encoding_rs::{Encoding, UTF_8};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -161,14 +162,18 @@ impl<'a> Input<'a> {
             let what = format!("{} bytes are too many for such a file (limit {limit})", self.len);
             return Err(self.malformed(Place::File, what));
         }
-        let mut text = String::new();
-        match self.reader.read_to_string(&mut text) {
-            Ok(_) => Ok(text),
-            Err(e) if e.kind() == io::ErrorKind::InvalidData => {
-                Err(self.malformed(Place::File, "the file is not UTF-8 text; save it as UTF-8"))
-            }
-            Err(e) => Err(IoError::read(self.path, e)),
+        let mut bytes = Vec::new();
+        self.reader.read_to_end(&mut bytes).map_err(|e| IoError::read(self.path, e))?;
+        let refused = |encoding: &'static Encoding| {
+            let what = format!("the file is not {} text; save it as UTF-8", encoding.name());
+            self.malformed(Place::File, what)
+        };
+        let encoding = encoding_of(&bytes);
+        if encoding == UTF_8 && !bytes.starts_with(b"\xef\xbb\xbf") {
+            return String::from_utf8(bytes).map_err(|_| refused(UTF_8));
         }
+        let (text, _, faults) = encoding.decode(&bytes);
+        if faults { Err(refused(encoding)) } else { Ok(text.into_owned()) }
     }
 }
 
@@ -182,4 +187,20 @@ impl Seek for Input<'_> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.reader.seek(to)
     }
+}
+
+/// The encoding of a text by its mark, or by what an XML declaration in its first line names; else UTF-8.
+fn encoding_of(bytes: &[u8]) -> &'static Encoding {
+    if let Some((encoding, _)) = Encoding::for_bom(bytes) {
+        return encoding;
+    }
+    let head = &bytes[..bytes.len().min(200)];
+    let declared = head.starts_with(b"<?xml").then(|| {
+        let text = String::from_utf8_lossy(head);
+        let rest = text.split_once("encoding=")?.1;
+        let mark = rest.chars().next().filter(|c| matches!(c, '"' | '\''))?;
+        let word = rest[1..].split(mark).next()?;
+        Encoding::for_label(word.trim().as_bytes())
+    });
+    declared.flatten().unwrap_or(UTF_8)
 }

@@ -1,6 +1,7 @@
 //! `lifts.csv`: the plan as the crane works it off, one lift a line.
 
 use crate::{IoError, atomic, csv_table};
+use scene::PatternNode;
 use std::path::Path;
 
 /// Columns.
@@ -21,6 +22,9 @@ pub const COLUMNS: [&str; 15] = [
     "bearing_deg",
     "second_bearing_deg",
 ];
+
+/// Columns of plans that are more than new blocks straight down.
+pub const HANDLING: [&str; 3] = ["node", "reset_block", "segments"];
 
 /// One lift. Levels are of the centre of mass, in the site's datum.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +47,12 @@ pub struct LiftRow {
     pub legs: bool,
     /// Highest leg from the vertical, where it leans to, where the second points; degrees, clockwise from north.
     pub attitude_deg: [f32; 3],
+    /// Node of the pattern.
+    pub node: Option<PatternNode>,
+    /// The recognised block that is lifted.
+    pub reset_block: Option<u32>,
+    /// Ways it is carried after it was lowered: metres sideways, degrees clockwise from north, degrees turned, level at their end.
+    pub segments: Vec<[f64; 4]>,
 }
 
 impl LiftRow {
@@ -77,8 +87,31 @@ impl LiftRow {
     }
 }
 
+impl LiftRow {
+    fn is_plain(&self) -> bool {
+        self.node.is_none() && self.reset_block.is_none() && self.segments.is_empty()
+    }
+
+    fn handling(&self) -> Vec<String> {
+        let segment = |[away_m, bearing, turn, level_m]: &[f64; 4]| {
+            format!("{away_m:.2} m to {bearing:.0}°, turn {turn:.0}°, to level {level_m:.3}")
+        };
+        let segments: Vec<String> = self.segments.iter().map(segment).collect();
+        vec![
+            self.node.map_or(String::new(), |n| n.to_string()),
+            self.reset_block.map_or(String::new(), |n| n.to_string()),
+            segments.join("; "),
+        ]
+    }
+}
+
 /// Writes the file.
 pub fn write(path: &Path, rows: &[LiftRow]) -> Result<(), IoError> {
-    let text = csv_table::text(&COLUMNS, rows.iter().map(LiftRow::fields));
+    let text = if rows.iter().all(LiftRow::is_plain) {
+        csv_table::text(&COLUMNS, rows.iter().map(LiftRow::fields))
+    } else {
+        let header = [&COLUMNS[..], &HANDLING[..]].concat();
+        csv_table::text(&header, rows.iter().map(|r| [r.fields(), r.handling()].concat()))
+    };
     atomic::write_bytes(path, text.as_bytes())
 }

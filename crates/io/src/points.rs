@@ -1,6 +1,6 @@
 //! Point clouds by extension: whole, or thinned while reading; labelled clouds out.
 
-use crate::crs::{FileCrs, Unit};
+use crate::crs::{self, FileCrs, Unit};
 use crate::input::Input;
 use crate::mesh::extension;
 use crate::read_options::{ReadOptions, Reason, describe};
@@ -147,20 +147,22 @@ pub fn stream_file(
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<RawCloud, IoError> {
     let kind = known(path)?;
-    stream_with(&mut Input::open(path)?, &kind, options, sink)
+    let meta = stream_with(&mut Input::open(path)?, &kind, options, sink)?;
+    Ok(RawCloud { reference: crs::or_beside(path, meta.reference.clone()), ..meta })
 }
 
-/// What the header of a cloud's file says of its coordinates; nothing for text.
+/// What the header of a cloud's file says of its coordinates, or the `.prj` beside it.
 pub fn reference(path: &Path) -> Result<FileCrs, IoError> {
     let kind = known(path)?;
     let mut input = Input::open(path)?;
-    match kind.as_str() {
-        "las" | "laz" => las::summary(&mut input).map(|s| s.reference),
-        "ply" => ply::reference(&mut input),
-        "e57" => e57_scan::reference(&mut input),
-        "pcd" => pcd::reference(&mut input),
-        _ => Ok(FileCrs::default()),
-    }
+    let own = match kind.as_str() {
+        "las" | "laz" => las::summary(&mut input)?.reference,
+        "ply" => ply::reference(&mut input)?,
+        "e57" => e57_scan::reference(&mut input)?,
+        "pcd" => pcd::reference(&mut input)?,
+        _ => text_cloud::reference(&mut input)?,
+    };
+    Ok(crs::or_beside(path, own))
 }
 
 /// Batches of any known kind into `sink`; what comes back has everything but the points.
@@ -197,6 +199,7 @@ fn finish(
     observer: &dyn Observer,
 ) -> Result<RawCloud, IoError> {
     cloud.left_out = meta.left_out;
+    cloud.classes = meta.classes;
     if meta.invalid > 0 {
         *cloud.left_out.entry(Reason::Invalid).or_default() += meta.invalid;
     }
@@ -209,9 +212,9 @@ fn finish(
         });
     }
     cloud.sensor_positions = meta.sensor_positions;
-    cloud.reference = meta.reference;
+    cloud.reference = crs::or_beside(path, meta.reference);
     cloud.named_axes = meta.named_axes;
-    cloud.crs = meta.crs;
+    cloud.crs = meta.crs.or_else(|| cloud.reference.epsg());
     cloud.crs_wkt = meta.crs_wkt;
     cloud.float32 = meta.float32;
     cloud.invalid = meta.invalid;

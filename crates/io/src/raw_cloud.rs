@@ -146,26 +146,33 @@ impl RawCloud {
         }
     }
 
-    /// Step of the stored numbers, in the file's unit: the coarsest decimal step that a sample of the heights keeps to, or that of
-    /// the plane coordinates where several points share a place. 0 when there is none down to a tenth of a millimetre, or
-    /// fewer than a hundred points.
+    /// Step of the stored numbers, heights in metres whatever the file counts them in: the coarsest decimal step that a sample of the
+    /// heights keeps to, or that of the plane coordinates where several points share a place. 0 when there is none down to a tenth
+    /// of a millimetre, or fewer than a hundred points.
     pub fn step(&self) -> f64 {
         if self.len() < 100 {
             return 0.0;
         }
-        let plane = self.step_of_axis(0).min(self.step_of_axis(1));
+        let plane = self.step_of_axis(0, 1.0).min(self.step_of_axis(1, 1.0));
         // The cells of a gridded surface are no loss: it has one point at each place.
         let plane = if plane >= COARSE && self.share_places() { plane } else { 0.0 };
-        self.step_of_axis(2).max(plane)
+        let stated = self.reference.vertical_unit.as_ref().map_or(1.0, |u| u.metres);
+        let height = match self.height_factor {
+            // The steps are those of the numbers before they were turned into metres.
+            Some(factor) => self.step_of_axis(2, factor) * factor.abs(),
+            None if stated.is_finite() => self.step_of_axis(2, 1.0) * stated,
+            None => self.step_of_axis(2, 1.0),
+        };
+        height.max(plane)
     }
 
-    fn step_of_axis(&self, axis: usize) -> f64 {
+    fn step_of_axis(&self, axis: usize, factor: f64) -> f64 {
         const STEPS: [f64; 13] =
             [10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.1, 0.05, 0.025, 0.02, 0.01, 0.001, 0.0001];
         const SAMPLE: usize = 20_000;
         let stride = self.len().div_ceil(SAMPLE);
-        let first = self.position[0][axis];
-        let values = || self.position.iter().step_by(stride).map(|p| p[axis]);
+        let first = self.position[0][axis] / factor;
+        let values = || self.position.iter().step_by(stride).map(|p| p[axis] / factor);
         // One level for all points is no step.
         if values().all(|v| v == first) {
             return 0.0;

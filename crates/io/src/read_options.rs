@@ -110,6 +110,29 @@ impl LeaveOut {
     }
 }
 
+/// Points of a file with a column of classes: how many of each class there are, and how many are left out.
+#[derive(Debug, Default)]
+pub(crate) struct ByClass {
+    /// Of each class, those left out included.
+    pub classes: BTreeMap<u8, u64>,
+    /// Those left out.
+    pub left_out: LeftOut,
+}
+
+impl ByClass {
+    /// Counts a point, and tells whether it is left out. What is no class of LAS says nothing.
+    pub fn leaves_out(&mut self, class: f64, leave_out: &LeaveOut) -> bool {
+        if !(0.0..=255.0).contains(&class) || class.fract() != 0.0 {
+            return false;
+        }
+        let class = class as u8;
+        *self.classes.entry(class).or_default() += 1;
+        let reason = leave_out.reason(class, 0);
+        reason.iter().for_each(|reason| *self.left_out.entry(*reason).or_default() += 1);
+        reason.is_some()
+    }
+}
+
 /// Why points were left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {

@@ -33,6 +33,10 @@ impl Site {
     pub fn inputs(&self) -> Vec<PathBuf> {
         let mut all = vec![PathBuf::from("site.toml"), self.spec.catalog.clone()];
         all.extend(self.spec.survey.iter().map(|s| s.file.clone()));
+        // What stands beside a survey says which system it is in.
+        let named = self.spec.survey.iter().map(|s| &s.file).zip(&self.survey_files);
+        let prj = named.filter(|(_, found)| crate::crs::beside(found).is_some());
+        all.extend(prj.map(|(name, _)| name.with_extension("prj")));
         all.extend(self.spec.design_file.iter().map(|d| d.file.clone()));
         all.extend(self.spec.alignment_file.iter().map(|a| a.file.clone()));
         let beside = self.spec.catalog.parent().unwrap_or(Path::new(""));
@@ -65,7 +69,9 @@ pub fn load(folder_or_file: &Path) -> Result<Site, IoError> {
     let alignment_file =
         spec.alignment_file.as_ref().map(|a| anywhere("alignment_file.file", &a.file));
     if spec.crs.is_empty() {
-        spec.crs = stated_crs(&survey_files).unwrap_or_default();
+        let stated = stated_crs(&survey_files);
+        spec.crs = stated.0.unwrap_or_default();
+        wrong.extend(stated.1);
     }
     let problems = spec.problems().into_iter();
     wrong.extend(problems.map(|e| IoError::malformed(&file, Place::File, e.to_string())));
@@ -143,17 +149,19 @@ fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// `EPSG:n` that the files agree on, from their headers; `None` when none says, or not all say the same.
-fn stated_crs(files: &[PathBuf]) -> Option<String> {
-    let stated = |f: &PathBuf| {
-        crate::points::reference(f)
-            .ok()
-            .filter(|r| r.kind == crate::crs::CrsKind::Projected)?
-            .epsg()
-    };
-    let mut codes = files.iter().filter_map(stated);
-    let first = codes.next()?;
-    codes.all(|c| c == first).then_some(first)
+/// `EPSG:n` that the files agree on, from their headers, or of the first where they do not, with why that is wrong; `None` when none
+/// says.
+fn stated_crs(files: &[PathBuf]) -> (Option<String>, Vec<IoError>) {
+    let stated = |f: &PathBuf| Some((f.display().to_string(), crate::points::reference(f).ok()?));
+    let references: Vec<_> = files.iter().filter_map(stated).collect();
+    let all = crate::crs::disagreements("", &references);
+    let refusals = all.iter().filter(|c| c.severity == scene::Severity::Refusal);
+    let wrong = refusals.map(|c| {
+        let what = format!("{}; {}", c.found, c.advice);
+        IoError::unsupported(Path::new(&c.file), what)
+    });
+    let first = references.iter().find_map(|(_, r)| r.epsg());
+    (first, wrong.collect())
 }
 
 /// The file that `target` names: relative to the folder of `file`, or anywhere else (a network drive). It must exist.

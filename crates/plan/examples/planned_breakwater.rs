@@ -65,12 +65,13 @@ fn main() {
                 config.inside =
                     if v == "centre" { plan::Inside::Centre } else { plan::Inside::Whole }
             }
+            "insertion" if v == "guided" => config.insertion = plan::Insertion::Guided,
             "walls" => config.walls = v == "true",
             _ => {}
         }
     }
     println!(
-        "policy seed blocks mean_m max_m protruding void_before void_after porosity rounds drops over/unset/unst/out seconds"
+        "policy seed blocks mean_m max_m protruding void_before void_after porosity rounds drops over/unset/unst/out shut/opened/guided seconds"
     );
     let first = number("first", 0.0) as u64;
     for policy in value("policy", "random,search").split(',') {
@@ -87,7 +88,7 @@ fn main() {
             };
             let s = plan.summary;
             println!(
-                "{policy} {seed} {} {:.3} {:.2} {} {:.0} {:.0} {:.3} {} {} {}/{}/{}/{} {:.1}",
+                "{policy} {seed} {} {:.3} {:.2} {} {:.0} {:.0} {:.3} {} {} {}/{}/{}/{} {}/{}/{} {:.1}",
                 s.blocks,
                 s.mean_distance_m,
                 s.max_distance_m,
@@ -101,6 +102,9 @@ fn main() {
                 s.unsettled,
                 s.unstable,
                 s.outside,
+                s.shut,
+                s.opened,
+                s.guided,
                 started.elapsed().as_secs_f32()
             );
             debug_assert!(plan.placements.iter().all(|p| p.state == PlacementState::Kept));

@@ -85,7 +85,7 @@ pub(crate) fn built_blocks(
         let site = site::prepare(&now, config, seed, &Silent)?;
         let mut stack = site.stack(&now);
         let mut rng = seed.child("crane", 0).rng();
-        for p in &plan.placements {
+        for p in plan.placements.iter().filter(|p| p.is_new()) {
             let drop = missed(&stack, p.model, &p.drop, errors, &mut rng);
             let Some(rest) = rest(&site, &stack, p.model, &drop) else { continue };
             let block = InstanceId(stack.blocks.len() as u32 + 1);

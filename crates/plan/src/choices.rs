@@ -3,11 +3,11 @@
 //! In: what [`plan()`](crate::plan()) takes. Out: a plan for each aim, all bettered from the same rounds by the weights of the aim.
 
 use crate::{
-    ObjectiveConfig, PlanConfig, PlanError, PlanInput, bettered, finished, improve::Effort, rounds,
-    site, summary,
+    ObjectiveConfig, PlanConfig, PlanError, PlanInput, bettered, finished, first_blocks,
+    improve::Effort, rounds, site, summary,
 };
 use geom::{Observer, SeedTree};
-use scene::{Placement, Plan};
+use scene::Plan;
 
 /// What a plan is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,14 +57,15 @@ pub fn choices(
     if config.search.improve <= 0.0 {
         config.search.improve = PASSES;
     }
-    let site = site::prepare(input, &config, seed, observer)?;
-    let mut stack = site.stack(input);
-    let before = summary::before(&stack);
+    let mut site = site::prepare(input, &config, seed, observer)?;
+    let before = summary::before(&site.stack(input));
+    let mut tried = first_blocks(&mut site, input, &Plan::default(), seed, observer)?;
+    let (mut stack, fixed) = (site.stack_with(input, &tried), tried.len());
     let filled = rounds::fill(&site, &mut stack, seed, observer)?;
-    let tried: Vec<Placement> = filled.tried.into_iter().map(|(p, _)| p).collect();
+    tried.extend(filled.tried.into_iter().map(|(p, _)| p));
     let of = |aim: Aim| {
         let settings = &site.main().settings;
-        let effort = Effort { objective: aim.objective(), ..Effort::of(settings, 0) };
+        let effort = Effort { objective: aim.objective(), ..Effort::of(settings, fixed) };
         let (stack, tried) =
             bettered((&site, input), site.stack(input), tried.clone(), &effort, seed, observer)?;
         Ok((aim, finished(&site, &stack, &before, tried)))

@@ -5,8 +5,8 @@
 //! part gets sensible ones. [`PlanConfig`] is what a user writes, [`Settings`] what the planner uses.
 
 use crate::{
-    BlockChoice, CraneConfig, ObjectiveConfig, PlanError, SignWeights, UncertaintyConfig,
-    WorksConfig, ZoneConfig,
+    BlockChoice, CraneConfig, ObjectiveConfig, PatternConfig, PlanError, SignWeights,
+    UncertaintyConfig, WorksConfig, ZoneConfig,
 };
 use scene::BlockModel;
 use serde::{Deserialize, Serialize};
@@ -23,6 +23,19 @@ pub enum Policy {
     /// The best of many poses laid onto the height map, verified by physics (ours).
     #[default]
     Search,
+    /// On the nodes of a regular grid, layer upon layer (layered placing).
+    Pattern,
+}
+
+/// How a block gets to the pose in which it is let go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Insertion {
+    /// Straight down.
+    #[default]
+    Straight,
+    /// Straight down where that serves; where nothing can be lowered so, carried sideways and turned on the way.
+    Guided,
 }
 
 /// What must lie inside the boundary.
@@ -42,6 +55,16 @@ pub enum Inside {
 pub struct PlanConfig {
     /// Where initial poses come from.
     pub policy: Policy,
+    /// Whether blocks are only lowered straight down.
+    pub insertion: Insertion,
+    /// So many blocks of the pile may be lifted and set elsewhere.
+    pub reset: u32,
+    /// Numbers of the only blocks that may; none: those that stand too high.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reset_blocks: Vec<u32>,
+    /// Settings of policy `pattern`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<PatternConfig>,
     /// Name of the block to place; left out: the type most frequent in the pile, else the first of the catalogue.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub block: Option<String>,
@@ -214,6 +237,10 @@ impl Default for PlanConfig {
     fn default() -> Self {
         Self {
             policy: Policy::Search,
+            insertion: Insertion::Straight,
+            reset: 0,
+            reset_blocks: Vec::new(),
+            pattern: None,
             block: None,
             blocks: Vec::new(),
             zones: Vec::new(),
@@ -258,6 +285,8 @@ impl Default for PlanConfig {
 pub struct Settings {
     /// Where initial poses come from.
     pub policy: Policy,
+    /// Whether blocks are only lowered straight down.
+    pub insertion: Insertion,
     /// Edge of a height-map cell.
     pub cell_m: f32,
     /// Edge of the sliding window.
@@ -315,6 +344,9 @@ pub struct Settings {
 impl PlanConfig {
     /// Checks every range and resolves what was left out for `model`; `reach_m` is the largest d_max in the scene.
     pub fn resolve(&self, model: &BlockModel, reach_m: f32) -> Result<Settings, PlanError> {
+        if self.pattern.is_some() && self.policy != Policy::Pattern {
+            return Err(PlanError::PatternWithoutPolicy);
+        }
         let scale = model.d_box_m / 2.0;
         let length = |value: Option<f32>, default_m: f32| value.unwrap_or(default_m * scale);
         let window_m = length(self.window_m, 2.0);
@@ -323,6 +355,7 @@ impl PlanConfig {
         let roam_m = if self.policy == Policy::Random { 2.0 } else { 1.0 } * reach_m;
         let settings = Settings {
             policy: self.policy,
+            insertion: self.insertion,
             cell_m: length(self.cell_m, 0.1),
             window_m,
             stride_m: self.stride_m.unwrap_or(window_m / 4.0),
@@ -448,6 +481,10 @@ impl Settings {
         if self.search.improve > 0.0 && self.policy != Policy::Search {
             let (key, value) = ("search.improve", self.search.improve);
             return Err(PlanError::BadSetting { key, value, why: "it goes with policy `search`" });
+        }
+        let tries_all = matches!(self.policy, Policy::Search | Policy::Network);
+        if self.insertion == Insertion::Guided && !tries_all {
+            return Err(PlanError::GuidedRandom);
         }
         self.search.weights.iter().try_for_each(SignWeights::check)?;
         self.objective.check()?;

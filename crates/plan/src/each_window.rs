@@ -1,7 +1,11 @@
 //! What a policy makes of each window of the pile as it is, every window by itself: to judge a choice of poses against
 //! generate-and-test in the same windows. Planning never needs it.
 
-use crate::{PlanConfig, PlanError, PlanInput, rounds, site, windows};
+use crate::{
+    PlanConfig, PlanError, PlanInput, rounds, site,
+    stack::Stack,
+    windows::{self, Window, cell_deficit_m3},
+};
 use geom::{Observer, SeedTree, Vec2};
 use rayon::prelude::*;
 use scene::{Placement, PlacementState};
@@ -37,4 +41,15 @@ pub fn each_window(
         Ok(WindowAnswer { centre: window.centre, kept })
     };
     found.par_iter().enumerate().map(answer).collect()
+}
+
+/// The window about a place.
+pub(crate) fn window_at(stack: &Stack, centre: Vec2, window_m: f32) -> Window {
+    let cells = stack.surface.rect_around(centre.x, centre.y, 0.5 * window_m);
+    let row = |iy: usize| (cells.x0..cells.x1).map(move |ix| iy * stack.surface.nx + ix);
+    let deficit_m3 = (cells.y0..cells.y1)
+        .flat_map(row)
+        .map(|cell| cell_deficit_m3(&stack.surface, &stack.design, cell))
+        .sum();
+    Window { cells, centre, deficit_m3 }
 }

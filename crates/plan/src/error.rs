@@ -127,6 +127,55 @@ pub enum PlanError {
         "policy `network` needs a placement network (`PlanInput::proposer`); give one or use `search` or `random`"
     )]
     NoPlacementModel,
+    /// Nothing may be re-set, but blocks are named.
+    #[error(
+        "plan.reset_blocks names {named} blocks, but plan.reset = 0: say in plan.reset how many of them may be lifted"
+    )]
+    ResetNone {
+        /// Blocks named.
+        named: usize,
+    },
+    /// A block that is to be re-set is not there.
+    #[error(
+        "plan.reset_blocks: no block {block} is stated in this survey, which has {blocks}; take the numbers of recognise/blocks.csv"
+    )]
+    NoSuchBlock {
+        /// The number.
+        block: u32,
+        /// Blocks there are.
+        blocks: usize,
+    },
+    /// A block that is to be re-set cannot be lifted.
+    #[error("plan.reset_blocks: block {block} cannot be lifted: {why}; take it off the list")]
+    HeldBlock {
+        /// The number.
+        block: u32,
+        /// What holds it.
+        why: String,
+    },
+    /// The nodes of the pattern lie farther apart than the works are wide.
+    #[error(
+        "the pattern's spacing of {spacing_m:.2} m is wider than the works ({width_m:.1} m × {height_m:.1} m): reduce plan.pattern.spacing_m or give more density_per_m2"
+    )]
+    PatternTooWide {
+        /// Largest spacing.
+        spacing_m: f32,
+        /// Extent west to east.
+        width_m: f32,
+        /// Extent south to north.
+        height_m: f32,
+    },
+    /// A pattern is of one type.
+    #[error("policy `pattern` places one type: name one in plan.blocks, or use policy `search`")]
+    PatternPlacesOneType,
+    /// Settings of a pattern that is not asked for.
+    #[error(
+        "plan.pattern goes with policy `pattern`: set policy = \"pattern\" or take the table out"
+    )]
+    PatternWithoutPolicy,
+    /// Paths are searched for windows that other policies tried in vain.
+    #[error("plan.insertion = \"guided\" goes with policy `search` or `network`: use one of them")]
+    GuidedRandom,
     /// The user asked to stop.
     #[error("planning was stopped")]
     Cancelled,

@@ -97,6 +97,7 @@ fn turned<'a>(site: &Site<'a>, stack: &Stack, seed: SeedTree) -> Vec<Vec<TypeToP
             settings: kind.settings.clone(),
             model: kind.model,
             poses: Poses::Search(attitudes),
+            guided: None,
             allowed: kind.allowed.clone(),
             stock: kind.stock,
             cost: kind.cost,

@@ -9,6 +9,7 @@ mod assortment;
 mod attitudes;
 mod batches;
 mod built;
+mod carried;
 mod choices;
 mod config;
 mod crane;
@@ -17,6 +18,7 @@ mod each_window;
 mod error;
 mod generate_and_test;
 mod ground;
+mod guided;
 mod improve;
 mod learn;
 mod lifts;
@@ -26,11 +28,13 @@ mod objective;
 mod obstacles;
 mod order;
 mod pairs;
+mod pattern;
 pub mod porosity;
 mod quantities;
 mod random_pose;
 mod region;
 mod replan;
+mod reset;
 mod rounds;
 mod search;
 mod signs;
@@ -49,7 +53,9 @@ pub mod windows;
 pub use assortment::{BlockChoice, ZoneConfig};
 pub use built::BuildingConfig;
 pub use choices::{Aim, choices};
-pub use config::{Inside, NetworkConfig, PlanConfig, Policy, RandomConfig, SearchConfig, Settings};
+pub use config::{
+    Insertion, Inside, NetworkConfig, PlanConfig, Policy, RandomConfig, SearchConfig, Settings,
+};
 pub use crane::CraneConfig;
 pub use depth_image::{DEEPEST, DepthView, FORBIDDEN};
 pub use each_window::{WindowAnswer, each_window};
@@ -63,6 +69,7 @@ pub use next::{Next, next_blocks};
 pub use objective::ObjectiveConfig;
 pub use obstacles::with_obstacles;
 pub use pairs::{Candidate, CandidatePair, most_telling, pairs_to_choose, stable_places};
+pub use pattern::{AttitudeRule, Bond, PatternConfig};
 pub use quantities::section_quantities;
 pub use signs::{SignWeights, Signs, signs_of_plan};
 pub use site::{PlanInput, block_to_place, check_extent, raster_bytes};
@@ -99,19 +106,51 @@ pub fn replan(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Plan, PlanError> {
-    let site = site::prepare(input, config, seed, observer)?;
-    let mut stack = site.stack(input);
-    let before = summary::before(&stack);
-    let carried = replan::carry_over(&site, &mut stack, previous);
-    let fixed = carried.len();
+    let mut site = site::prepare(input, config, seed, observer)?;
+    let before = summary::before(&site.stack(input));
+    let first = first_blocks(&mut site, input, previous, seed, observer)?;
+    let mut stack = site.stack_with(input, &first);
+    let fixed = first.len();
     let filled = rounds::fill(&site, &mut stack, seed, observer)?;
-    let mut tried = carried;
+    let (shut, opened) = (filled.shut, filled.opened);
+    let mut tried = first;
     tried.extend(filled.tried.into_iter().map(|(placement, _)| placement));
     let effort = Effort::of(&site.main().settings, fixed);
     let (stack, tried) = bettered((&site, input), stack, tried, &effort, seed, observer)?;
-    let plan = finished(&site, &stack, &before, tried);
+    let mut plan = finished(&site, &stack, &before, tried);
+    (plan.summary.shut, plan.summary.opened) = (shut, opened);
     observer.event(Event::Finished { stage: Stage::Plan });
     Ok(plan)
+}
+
+/// What comes before the rounds: blocks of the pile that are set elsewhere, and what an earlier plan still holds.
+fn first_blocks(
+    site: &mut site::Site,
+    input: &PlanInput,
+    previous: &Plan,
+    seed: SeedTree,
+    observer: &dyn Observer,
+) -> Result<Vec<Placement>, PlanError> {
+    let mut previous = previous.clone();
+    let stands = |p: &Placement| !reset::lifted(input, std::slice::from_ref(p)).is_empty();
+    previous.placements.retain(|p| p.is_new() || stands(p));
+    // A block that no longer can be set where the earlier plan says stays where it stands.
+    let carried = loop {
+        site.lifted = reset::lifted(input, &previous.placements);
+        let carried = replan::carry_over(site, &mut site.stack(input), &previous);
+        let stays = |p: &Placement| p.is_new() || carried.iter().any(|c| c.drop == p.drop);
+        if previous.placements.iter().all(stays) {
+            break carried;
+        }
+        previous.placements.retain(|p| p.is_new() || carried.iter().any(|c| c.drop == p.drop));
+    };
+    let (most, named) = (site.most_reset as usize, site.reset_blocks.clone());
+    let left = most.saturating_sub(carried.iter().filter(|p| !p.is_new()).count());
+    if left == 0 {
+        return Ok(carried);
+    }
+    let set = reset::reset(site, input, (left, &named), &carried, seed, observer)?;
+    Ok(carried.into_iter().chain(set).collect())
 }
 
 /// The plan of the rounds, improved if that is asked for, and the pile with it.

@@ -4,11 +4,10 @@
 //! planned where they still come to rest so, else in the best pose the search finds at that place; the rest of the plan stays.
 
 use crate::{
-    PlanConfig, PlanError, PlanInput, replan, rounds, site,
+    PlanConfig, PlanError, PlanInput, each_window::window_at, replan, reset, rounds, site,
     stack::Stack,
-    windows::{Window, cell_deficit_m3},
 };
-use geom::{Observer, SeedTree, Vec2};
+use geom::{Observer, SeedTree};
 use scene::{InstanceId, PlacedBlock, Placement, PlacementState, Plan};
 use std::collections::BTreeSet;
 
@@ -32,7 +31,10 @@ pub fn next_blocks(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Vec<Next>, PlanError> {
-    let site = site::prepare(input, config, seed, observer)?;
+    let mut site = site::prepare(input, config, seed, observer)?;
+    let open: Vec<Placement> =
+        plan.placements.iter().filter(|p| !done.contains(&p.order)).cloned().collect();
+    site.lifted = reset::lifted(input, &open);
     let mut stack = site.stack(input);
     let (mut list, mut found) = (Vec::new(), 0);
     for p in plan.placements.iter().filter(|p| !done.contains(&p.order)) {
@@ -64,15 +66,6 @@ fn elsewhere(site: &site::Site, stack: &Stack, p: &Placement, seed: SeedTree) ->
     let seed = seed.child("next", u64::from(p.order));
     let tried = rounds::serve_type(kind, stack, &window, p.round, seed);
     let kept = tried.into_iter().find(|t| t.state == PlacementState::Kept)?;
-    Some(Placement { order: p.order, ..kept })
-}
-
-fn window_at(stack: &Stack, centre: Vec2, window_m: f32) -> Window {
-    let cells = stack.surface.rect_around(centre.x, centre.y, 0.5 * window_m);
-    let row = |iy: usize| (cells.x0..cells.x1).map(move |ix| iy * stack.surface.nx + ix);
-    let deficit_m3 = (cells.y0..cells.y1)
-        .flat_map(row)
-        .map(|cell| cell_deficit_m3(&stack.surface, &stack.design, cell))
-        .sum();
-    Window { cells, centre, deficit_m3 }
+    let handling = scene::Handling { reset: p.handling.reset, ..kept.handling };
+    Some(Placement { order: p.order, handling, ..kept })
 }

@@ -43,7 +43,7 @@ pub fn stable_places(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Vec<Vec<Candidate>>, PlanError> {
-    let config = PlanConfig { policy: Policy::Search, ..config.clone() };
+    let config = PlanConfig { policy: Policy::Search, pattern: None, ..config.clone() };
     let site = site::prepare(input, &config, seed, observer)?;
     let stack = site.stack(input);
     let kind = site.main();

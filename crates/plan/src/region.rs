@@ -4,7 +4,8 @@
 //! drop at that place can meet, without the lifted blocks and without those that no longer rest where they did.
 
 use crate::{
-    replan, rounds,
+    Insertion, replan,
+    rounds::{self, Turn},
     site::{Site, TypeToPlace},
     stack::Stack,
     windows,
@@ -194,8 +195,8 @@ impl<'a> Region<'a> {
                 for (w, window) in windows.iter().enumerate() {
                     let seed = seed
                         .child("window", (u64::from(round) * 64 + scale as u64) * 1024 + w as u64);
-                    let tried =
-                        rounds::serve(types, &stock, &self.stack, scale, window, round, seed);
+                    let turn = Turn { scale, round, insertion: Insertion::Straight };
+                    let tried = rounds::serve(types, &stock, &self.stack, &turn, window, seed);
                     let Some(p) = tried.into_iter().find(|p| p.state == PlacementState::Kept)
                     else {
                         closed.push(window.centre);

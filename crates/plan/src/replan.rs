@@ -59,7 +59,8 @@ pub(crate) fn still_holds(site: &Site, stack: &Stack, p: &Placement) -> Option<P
         Policy::Random => settings.roam_m,
         _ => settings.displacement_limit_m,
     };
-    let again = rounds::attempt(kind, stack, &p.drop, limit_m, p.round);
+    let way = (p.handling.path.as_slice(), &p.drop);
+    let again = rounds::carried(kind, stack, way, limit_m, p.round)?.shaken(kind);
     let limits = PoseLimits {
         displacement_m: SAME_PLACE * settings.displacement_limit_m,
         rotation_rad: SAME_TURN_RAD,

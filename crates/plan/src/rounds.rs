@@ -4,7 +4,8 @@
 //! that of serving them one by one. What has settled is fixed for the rounds to come.
 
 use crate::{
-    PlanError, Policy, acceptance, batches, network_pose, random_pose, search,
+    Insertion, PlanError, Policy, acceptance, batches, guided, network_pose, pattern, random_pose,
+    search,
     site::{Poses, Site, TypeToPlace},
     stack::Stack,
     trial::Drop,
@@ -12,7 +13,7 @@ use crate::{
 };
 use geom::{Event, Observer, Pose, SeedTree, Stage, Vec2, Vec3, Warning};
 use rayon::prelude::*;
-use scene::{InstanceId, PlacedBlock, Placement, PlacementState};
+use scene::{Handling, InstanceId, PlacedBlock, Placement, PlacementState};
 
 /// Windows whose middles are nearer than this part of a window stand for one place: a failure in one closes the other. Free choice
 /// just below one half, where they begin to share most of their area.
@@ -25,11 +26,23 @@ struct Failure {
     deficit_m3: f32,
 }
 
+/// Whose turn it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    /// The type whose windows are served, by its place in the list; smaller ones may be placed in them too.
+    pub scale: usize,
+    pub round: u32,
+    pub insertion: Insertion,
+}
+
 /// What the rounds did.
 #[derive(Default)]
 pub(crate) struct Filled {
     /// Every block tried, with the deficit of its window; kept ones are in the stack.
     pub tried: Vec<(Placement, f32)>,
+    /// Windows in which nothing could be lowered straight down when the first blocks were guided, and those of them that got one.
+    pub shut: u32,
+    pub opened: u32,
     /// Deficit from and to which a failure kept a larger window closed: with a minimum volume in between it would not have.
     closed: Vec<(f32, f32)>,
 }
@@ -51,6 +64,9 @@ pub(crate) fn fill(
     seed: SeedTree,
     observer: &dyn Observer,
 ) -> Result<Filled, PlanError> {
+    if let Poses::Pattern(pattern) = &site.main().poses {
+        return pattern::fill(site, pattern, stack, observer);
+    }
     let void_m3 = windows::void_m3(&stack.surface, &stack.design);
     let expected = void_m3 * 0.5 / stack.catalog.get(site.main().model).volume_m3;
     observer.event(Event::Started { stage: Stage::Plan, total: expected.ceil() as u64 });
@@ -59,7 +75,11 @@ pub(crate) fn fill(
         let mut windows = 0;
         // The largest type's windows first: smaller ones fill what they leave.
         for scale in 0..site.types.len() {
-            windows += filling.round(stack, scale, round, seed, observer)?;
+            let turn = Turn { scale, round, insertion: Insertion::Straight };
+            windows += filling.round(stack, &turn, seed, observer)?;
+        }
+        if windows == 0 && filling.guided(stack, round, seed, observer)? > 0 {
+            continue;
         }
         if windows == 0 {
             if round == 1 {
@@ -79,6 +99,8 @@ struct Filling<'s, 'a> {
     filled: Filled,
     /// Of the windows of each type's size.
     failures: Vec<Vec<Failure>>,
+    /// The same where a block was guided.
+    shut: Vec<Vec<Failure>>,
     /// Whether a window of each type's size was ever found.
     found: Vec<bool>,
     /// What is left of each type.
@@ -101,6 +123,7 @@ impl<'s, 'a> Filling<'s, 'a> {
             site,
             filled: Filled::default(),
             failures: site.types.iter().map(|_| Vec::new()).collect(),
+            shut: site.types.iter().map(|_| Vec::new()).collect(),
             found: vec![false; site.types.len()],
             stock: site
                 .types
@@ -113,22 +136,50 @@ impl<'s, 'a> Filling<'s, 'a> {
         }
     }
 
-    /// One round over the windows of one type's size; how many there were.
-    fn round(
+    /// One round over the windows in which nothing could be lowered straight down; how many got a block.
+    fn guided(
         &mut self,
         stack: &mut Stack,
-        scale: usize,
         round: u32,
         seed: SeedTree,
         observer: &dyn Observer,
     ) -> Result<usize, PlanError> {
+        if self.site.main().settings.insertion == Insertion::Straight {
+            return Ok(0);
+        }
+        let before = self.kept;
+        let first = self.filled.shut == 0;
+        for scale in 0..self.site.types.len() {
+            let turn = Turn { scale, round, insertion: Insertion::Guided };
+            let windows = self.round(stack, &turn, seed, observer)?;
+            if first {
+                self.filled.shut += windows as u32;
+            }
+        }
+        let opened = (self.kept - before) as usize;
+        if first {
+            self.filled.opened = opened as u32;
+        }
+        Ok(opened)
+    }
+
+    /// One round over the windows of one type's size; how many there were.
+    fn round(
+        &mut self,
+        stack: &mut Stack,
+        turn: &Turn,
+        seed: SeedTree,
+        observer: &dyn Observer,
+    ) -> Result<usize, PlanError> {
+        let Turn { scale, round, insertion } = *turn;
         if self.stock[scale] == Some(0) {
             return Ok(0);
         }
-        let windows = self.windows(stack, scale);
+        let windows = self.windows(stack, turn);
         self.found[scale] |= !windows.is_empty();
         let places: Vec<Vec2> = windows.iter().map(|w| w.centre).collect();
         let seed = seed.child("round", u64::from(round));
+        let seed = if insertion == Insertion::Guided { seed.child("guided", 0) } else { seed };
         let seed = if scale == 0 { seed } else { seed.child("scale", scale as u64) };
         for batch in batches::independent(&places, self.apart_m) {
             let mut left = batch.as_slice();
@@ -137,7 +188,7 @@ impl<'s, 'a> Filling<'s, 'a> {
                     return Err(PlanError::Cancelled);
                 }
                 let (now, later) = left.split_at(left.len().min(self.at_once()));
-                self.serve(stack, scale, round, &windows, now, seed);
+                self.serve(stack, turn, &windows, now, seed);
                 left = later;
             }
             observer.event(Event::Advanced { stage: Stage::Plan, done: self.kept });
@@ -146,10 +197,14 @@ impl<'s, 'a> Filling<'s, 'a> {
     }
 
     /// Windows of one scale that are worth a trial.
-    fn windows(&mut self, stack: &Stack, scale: usize) -> Vec<Window> {
+    fn windows(&mut self, stack: &Stack, turn: &Turn) -> Vec<Window> {
+        let scale = turn.scale;
         let kind = &self.site.types[scale];
         let (settings, block) = (&kind.settings, stack.catalog.get(kind.model));
-        let failures = &mut self.failures[scale];
+        let failures = match turn.insertion {
+            Insertion::Straight => &mut self.failures[scale],
+            Insertion::Guided => &mut self.shut[scale],
+        };
         failures.retain(|f| {
             stack.last_change(f.place.x, f.place.y, settings.window_m + block.d_max_m) <= f.tick
         });
@@ -182,24 +237,17 @@ impl<'s, 'a> Filling<'s, 'a> {
     fn serve(
         &mut self,
         stack: &mut Stack,
-        scale: usize,
-        round: u32,
+        turn: &Turn,
         windows: &[Window],
         now: &[usize],
         seed: SeedTree,
     ) {
         self.tick += 1;
+        let scale = turn.scale;
         let (site, stock) = (self.site, &self.stock);
         let serve = |&w: &usize| {
-            serve(
-                &site.types,
-                stock,
-                stack,
-                scale,
-                &windows[w],
-                round,
-                seed.child("window", w as u64),
-            )
+            let seed = seed.child("window", w as u64);
+            serve(&site.types, stock, stack, turn, &windows[w], seed)
         };
         let results: Vec<Vec<Placement>> = now.par_iter().map(serve).collect();
         for (&w, placements) in now.iter().zip(results) {
@@ -209,7 +257,11 @@ impl<'s, 'a> Filling<'s, 'a> {
                 self.keep(stack, p);
             } else if settings.policy != Policy::Random || settings.random.drops > 1 {
                 let (place, tick) = (windows[w].centre, self.tick);
-                self.failures[scale].push(Failure { place, tick, deficit_m3 });
+                let failures = match turn.insertion {
+                    Insertion::Straight => &mut self.failures,
+                    Insertion::Guided => &mut self.shut,
+                };
+                failures[scale].push(Failure { place, tick, deficit_m3 });
             }
             self.filled.tried.extend(placements.into_iter().map(|p| (p, deficit_m3)));
         }
@@ -266,11 +318,11 @@ pub(crate) fn serve(
     types: &[TypeToPlace],
     stock: &[Option<u32>],
     stack: &Stack,
-    scale: usize,
+    turn: &Turn,
     window: &Window,
-    round: u32,
     seed: SeedTree,
 ) -> Vec<Placement> {
+    let Turn { scale, round, insertion } = *turn;
     let (mut best, mut failed): (Option<(bool, f32, Placement)>, Vec<Placement>) =
         (None, Vec::new());
     for (t, kind) in types.iter().enumerate().skip(scale) {
@@ -278,7 +330,10 @@ pub(crate) fn serve(
             continue;
         }
         let seed = if t == scale { seed } else { seed.child("type", t as u64) };
-        let tried = serve_type(kind, stack, window, round, seed);
+        let tried = match insertion {
+            Insertion::Straight => serve_type(kind, stack, window, round, seed),
+            Insertion::Guided => guided::placed(kind, stack, window, round, seed),
+        };
         let Some(kept) = tried.iter().find(|p| p.state == PlacementState::Kept) else {
             failed.extend(tried);
             continue;
@@ -313,6 +368,7 @@ pub(crate) fn poses(kind: &TypeToPlace, stack: &Stack, window: &Window) -> Vec<s
         Poses::Network(proposer, turn_rad) => {
             network_pose::candidates(stack, settings, model, (*proposer, *turn_rad), window)
         }
+        Poses::Pattern(pattern) => pattern.near(stack, kind, window),
         Poses::Search(attitudes) => attitudes.candidates(stack, settings, model, window),
     }
 }
@@ -344,7 +400,21 @@ pub(crate) fn dropped<'a>(
     limit_m: f32,
     round: u32,
 ) -> Dropped<'a> {
+    carried(kind, stack, (&[], drop), limit_m, round).expect("nothing lies in the way of no path")
+}
+
+/// The same after it was carried along a path; `None` where something stops it on the way.
+pub(crate) fn carried<'a>(
+    kind: &'a TypeToPlace,
+    stack: &Stack,
+    (path, drop): (&[Pose], &Pose),
+    limit_m: f32,
+    round: u32,
+) -> Option<Dropped<'a>> {
     let mut falling = Drop::new(stack, &kind.settings, kind.model, drop);
+    if !path.is_empty() && !falling.carry(path, drop) {
+        return None;
+    }
     // What has rolled over the boundary does not roll back.
     let lost = |centre: Vec3| !stack.design_level_m(centre.x, centre.y).is_finite();
     let trial = falling.settle(limit_m, &lost);
@@ -359,8 +429,9 @@ pub(crate) fn dropped<'a>(
         filled_m3: impact.filled_m3,
         contacts: trial.contacts,
         state,
+        handling: Handling { path: path.to_vec(), ..Handling::default() },
     };
-    Dropped { world: falling, placement, impact }
+    Some(Dropped { world: falling, placement, impact })
 }
 
 impl Dropped<'_> {

@@ -291,7 +291,7 @@ pub(crate) fn resting<'a>(
 }
 
 /// What speaks against a block that rests.
-fn cost(kind: &TypeToPlace, stack: &Stack, dropped: &rounds::Dropped) -> f32 {
+pub(crate) fn cost(kind: &TypeToPlace, stack: &Stack, dropped: &rounds::Dropped) -> f32 {
     let (weights, impact, p) = (&kind.settings.search, dropped.impact, &dropped.placement);
     if let Some(learned) = &weights.weights {
         return learned.cost(&signs::signs_of(kind, stack, p, &impact));

@@ -6,6 +6,7 @@
 use crate::{
     PlanConfig, PlanError, PlanInput, SearchConfig,
     acceptance::{self, Impact},
+    reset,
     site::{self, TypeToPlace},
     stack::Stack,
 };
@@ -100,7 +101,8 @@ pub fn signs_of_plan(
     config: &PlanConfig,
     plan: &Plan,
 ) -> Result<Vec<Signs>, PlanError> {
-    let site = site::prepare(input, config, SeedTree::new(0), &Silent)?;
+    let mut site = site::prepare(input, config, SeedTree::new(0), &Silent)?;
+    site.lifted = reset::lifted(input, &plan.placements);
     let mut stack = site.stack(input);
     let mut list = Vec::with_capacity(plan.placements.len());
     for p in &plan.placements {

@@ -2,10 +2,11 @@
 
 use crate::uncertainty::MOST_SEEDS;
 use crate::{
-    PlanConfig, PlanError, Policy, Settings,
+    Insertion, PlanConfig, PlanError, Policy, Settings,
     assortment::{self, Choice},
     crane::Allowed,
     network_pose::Proposer,
+    pattern::Pattern,
     search::Attitudes,
     stack::{self, Stack},
     surveyed::{SQUARE, leave_out_unseen},
@@ -17,6 +18,7 @@ use scene::{
     SiteFrame,
 };
 use sim::{BlockShape, World};
+use std::collections::BTreeSet;
 
 /// What a cell costs while a plan is made: five maps of f32 and two copies of the deficit's sums, with the room their growth
 /// takes. 85 M cells were seen to need more than 4 GB.
@@ -49,6 +51,13 @@ pub struct PlanInput<'a> {
 pub(crate) struct Site<'a> {
     /// What to place, the largest block first; at least one.
     pub types: Vec<TypeToPlace<'a>>,
+    /// Types of the pile that are not placed but may be set elsewhere.
+    resets: Vec<TypeToPlace<'a>>,
+    /// Most blocks that are set elsewhere, and which alone may be; none: any.
+    pub most_reset: u32,
+    pub reset_blocks: Vec<u32>,
+    /// Blocks of the pile that the plan lifts from their places.
+    pub lifted: BTreeSet<InstanceId>,
     pub shapes: Vec<BlockShape>,
     design: HeightMap,
     walls: Vec<(Vec3, Vec3)>,
@@ -59,6 +68,8 @@ pub(crate) struct TypeToPlace<'a> {
     pub settings: Settings,
     pub model: ModelId,
     pub poses: Poses<'a>,
+    /// Attitudes in which it is lowered before it is guided; `None`: straight down only.
+    pub guided: Option<Attitudes>,
     pub allowed: Allowed,
     /// Blocks that lie ready; `None`: as many as needed are made.
     pub stock: Option<u32>,
@@ -72,6 +83,7 @@ pub(crate) enum Poses<'a> {
     /// With the turn at which it first looks at a window, drawn like the attitudes of the search.
     Network(&'a dyn Proposer, f32),
     Search(Attitudes),
+    Pattern(Pattern),
 }
 
 /// Checks everything that can be wrong with the input and warns about what is merely odd.
@@ -107,7 +119,10 @@ pub(crate) fn prepare<'a>(
         .map(|(choice, settings)| type_to_place(input, config, choice, settings, seed))
         .collect::<Result<Vec<_>, _>>()?;
     warn_of_hook(input, &types, &design, observer);
-    Ok(Site { types, shapes, design, walls })
+    let resets = types_to_reset(input, config, &types, seed)?;
+    let (most_reset, reset_blocks) = (config.reset, config.reset_blocks.clone());
+    let lifted = BTreeSet::new();
+    Ok(Site { types, resets, most_reset, reset_blocks, lifted, shapes, design, walls })
 }
 
 /// What the configuration says to place, largest block first; without `blocks` one type of any number.
@@ -125,6 +140,9 @@ pub(crate) fn types_to_place(
     if config.policy == Policy::Network && config.blocks.len() > 1 {
         return Err(PlanError::NetworkPlacesOneType);
     }
+    if config.policy == Policy::Pattern && config.blocks.len() > 1 {
+        return Err(PlanError::PatternPlacesOneType);
+    }
     assortment::choices(&config.blocks, input.catalog)
 }
 
@@ -132,6 +150,30 @@ pub(crate) fn types_to_place(
 fn one_raster(settings: &mut [Settings]) {
     let cell_m = settings.iter().map(|s| s.cell_m).fold(f32::INFINITY, f32::min);
     settings.iter_mut().for_each(|s| s.cell_m = cell_m);
+}
+
+/// The types of the pile that are not placed, made ready for being set elsewhere.
+fn types_to_reset<'a>(
+    input: &PlanInput<'a>,
+    config: &PlanConfig,
+    types: &[TypeToPlace],
+    seed: SeedTree,
+) -> Result<Vec<TypeToPlace<'a>>, PlanError> {
+    if config.reset == 0 {
+        return match config.reset_blocks.first() {
+            Some(_) => Err(PlanError::ResetNone { named: config.reset_blocks.len() }),
+            None => Ok(Vec::new()),
+        };
+    }
+    let config = PlanConfig { policy: Policy::Search, pattern: None, ..config.clone() };
+    let others = input.catalog.iter().filter(|(id, _)| types.iter().all(|t| t.model != *id));
+    let ready = |(model, block): (ModelId, &scene::BlockModel)| {
+        let mut settings = config.resolve(block, input.catalog.d_max_m())?;
+        settings.cell_m = types[0].settings.cell_m;
+        let choice = Choice { model, stock: None, cost: 1.0 };
+        type_to_place(input, &config, &choice, settings, seed)
+    };
+    others.map(ready).collect()
 }
 
 fn type_to_place<'a>(
@@ -148,17 +190,26 @@ fn type_to_place<'a>(
             let turn_rad = seed.child("turn", 0).rng().random::<f32>() * std::f32::consts::TAU;
             Poses::Network(input.proposer.ok_or(PlanError::NoPlacementModel)?, turn_rad)
         }
+        Policy::Pattern => Poses::Pattern(Pattern::new(
+            &config.pattern.clone().unwrap_or_default(),
+            &settings,
+            block,
+            (input.design, input.frame),
+            seed,
+        )?),
         Policy::Search => {
             Poses::Search(Attitudes::new(block, &settings, seed.child("attitudes", 0)))
         }
     };
+    let guided = (settings.insertion == Insertion::Guided)
+        .then(|| Attitudes::new(block, &settings, seed.child("attitudes", 0)));
     let mass_kg = block.mass_kg();
     let reach =
         config.crane.as_ref().map(|c| c.reach(mass_kg, block.d_box_m, input.frame)).transpose()?;
     let closed = assortment::closed_zones(&config.zones, mass_kg, input.frame)?;
     let allowed = Allowed { reach, closed };
     let Choice { model, stock, cost } = *choice;
-    Ok(TypeToPlace { settings, model, poses, allowed, stock, cost })
+    Ok(TypeToPlace { settings, model, poses, guided, allowed, stock, cost })
 }
 
 fn warn(observer: &dyn Observer, message: String) {
@@ -262,11 +313,20 @@ impl<'a> Site<'a> {
 
     /// The one of these that is placed with `model`.
     pub fn of_model(&self, model: ModelId) -> Option<&TypeToPlace<'a>> {
-        self.types.iter().find(|t| t.model == model)
+        self.types.iter().chain(&self.resets).find(|t| t.model == model)
     }
 
-    /// The pile before planning.
+    /// The pile before planning, without what the plan lifts.
     pub fn stack<'s>(&'s self, input: &PlanInput<'s>) -> Stack<'s> {
+        self.stack_but(input, &self.lifted)
+    }
+
+    /// The pile without some of its recognised blocks.
+    pub fn stack_but<'s>(
+        &'s self,
+        input: &PlanInput<'s>,
+        lifted: &BTreeSet<InstanceId>,
+    ) -> Stack<'s> {
         let mut stack = Stack::new(
             input.catalog,
             &self.shapes,
@@ -276,7 +336,8 @@ impl<'a> Site<'a> {
             self.design.clone(),
         );
         stack.walls = self.walls.clone();
-        for block in input.scene.blocks.iter().chain(input.placed) {
+        let stays = |b: &&PlacedBlock| !lifted.contains(&b.block);
+        for block in input.scene.blocks.iter().filter(stays).chain(input.placed) {
             stack.add(*block, 0);
         }
         stack.existing = stack.blocks.len();

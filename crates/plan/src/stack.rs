@@ -141,6 +141,12 @@ impl<'a> Stack<'a> {
         level_m(self.design_surface, self.frame, x, y)
     }
 
+    /// The present surface at a place; the ground off the map.
+    pub fn surface_m(&self, at: Vec2) -> f32 {
+        let cell = self.surface.cell_of(at.x, at.y);
+        cell.map_or_else(|| self.ground.height_m(at.x, at.y), |(ix, iy)| self.surface.at(ix, iy))
+    }
+
     /// Whether (x, y) belongs to the works, by the raster.
     pub fn has_design(&self, x: f32, y: f32) -> bool {
         self.design.cell_of(x, y).is_some_and(|(ix, iy)| self.design.at(ix, iy).is_finite())

@@ -43,7 +43,7 @@ pub(crate) fn summary(
         |concrete: f64| if bulk_m3 > 0.0 { (1.0 - concrete / bulk_m3) as f32 } else { 0.0 };
     PlanSummary {
         rounds: placements.iter().chain(removed).map(|p| p.round).max().unwrap_or(0),
-        blocks: placements.len() as u32,
+        blocks: placements.iter().filter(|p| p.is_new()).count() as u32,
         void_before_m3: before.void_m3,
         void_after_m3: windows::void_m3(&stack.surface, &stack.design),
         mean_distance_m: (sum / cells.max(1) as f64) as f32,
@@ -59,6 +59,10 @@ pub(crate) fn summary(
         unsettled: count(PlacementState::Unsettled),
         unstable: count(PlacementState::Unstable),
         outside: count(PlacementState::Outside),
+        shut: 0,
+        opened: 0,
+        guided: placements.iter().filter(|p| !p.handling.path.is_empty()).count() as u32,
+        reset: placements.iter().filter(|p| !p.is_new()).count() as u32,
     }
 }
 
@@ -66,7 +70,7 @@ pub(crate) fn summary(
 fn amounts(placements: &[Placement], stack: &Stack) -> (f32, f64) {
     let (mut concrete_m3, mut mass_kg) = (0.0, 0.0);
     for (id, block) in stack.catalog.iter() {
-        let count = placements.iter().filter(|p| p.model == id).count();
+        let count = placements.iter().filter(|p| p.model == id && p.is_new()).count();
         concrete_m3 += count as f32 * block.volume_m3;
         mass_kg += count as f64 * f64::from(block.mass_kg());
     }

@@ -3,8 +3,8 @@
 //! In: survey, pile, design and plan. Out: height maps on one grid, deficits, and cross-sections along the works.
 //! The surveyed surface is the survey's own, not the recognised blocks': a drawing must show what was measured.
 
-use geom::{HeightMap, PointCloud, Vec2, Vec3};
-use scene::{Catalog, DesignSurface, Ground, Plan, SiteFrame};
+use geom::{HeightMap, PointCloud, Pose, Vec2, Vec3};
+use scene::{BlockModel, Catalog, DesignSurface, Ground, Plan, SiteFrame};
 
 /// What the surfaces are made from.
 #[derive(Clone, Copy)]
@@ -57,6 +57,8 @@ pub struct CrossSection {
 
 /// Cells a block's length is divided into.
 const CELLS_PER_BLOCK: f32 = 20.0;
+/// A surface this much of d_box above a block's top is still that block: noise and errors of its pose.
+const SEEN: f32 = 0.05;
 /// No drawing needs more cells than this.
 const MOST_CELLS: f64 = 4e6;
 /// Most sections of one works.
@@ -80,9 +82,37 @@ pub fn surfaces(input: &SurfacesInput) -> Surfaces {
     as_surveyed.fill_empty();
     let mut planned = as_surveyed.clone();
     for p in &input.plan.placements {
+        if let Some(reset) = p.handling.reset {
+            lift(&mut planned, input.catalog.get(p.model), &reset.from);
+        }
+    }
+    for p in &input.plan.placements {
         planned.raise(&input.catalog.get(p.model).mesh, &p.rest);
     }
     Surfaces { design, as_surveyed, planned }
+}
+
+/// Takes a block out of a surface: where it is the block that is seen, nothing is known to reach higher than its underside.
+fn lift(surface: &mut HeightMap, block: &BlockModel, pose: &Pose) {
+    let centre = *pose * block.centre;
+    let rect = surface.rect_around(centre.x, centre.y, block.d_max_m + surface.cell_m);
+    if rect.area() == 0 {
+        return;
+    }
+    let first = surface.centre(rect.x0, rect.y0);
+    let (nx, ny) = (rect.x1 - rect.x0, rect.y1 - rect.y0);
+    let part =
+        HeightMap { origin: [first.x, first.y], cell_m: surface.cell_m, nx, ny, z_m: Vec::new() };
+    let (top, under) = part.top_and_underside(&block.mesh, pose);
+    for iy in 0..ny {
+        for ix in 0..nx {
+            let cell = (rect.y0 + iy) * surface.nx + rect.x0 + ix;
+            let seen = surface.z_m[cell] <= top.at(ix, iy) + SEEN * block.d_box_m;
+            if seen && surface.z_m[cell] > under.at(ix, iy) {
+                surface.z_m[cell] = under.at(ix, iy);
+            }
+        }
+    }
 }
 
 /// Design height, local frame; NaN outside the works.
@@ -309,7 +339,7 @@ fn round_up(v: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geom::{Pose, Quat};
+    use geom::Quat;
     use scene::{ModelId, Placement, PlacementState, PlanSummary, Shape};
 
     fn breakwater() -> DesignSurface {
@@ -349,6 +379,7 @@ mod tests {
             filled_m3: 8.0,
             contacts: 1,
             state: PlacementState::Kept,
+            handling: scene::Handling::default(),
         };
         let plan = Plan {
             placements: vec![placement],

@@ -4,7 +4,7 @@
 //! one reason. Where something was tried the reason is what removed most trials; elsewhere the lowest pose on the finished pile tells.
 
 use crate::{
-    PlanConfig, PlanError, PlanInput, Policy, Surfaces, acceptance,
+    PlanConfig, PlanError, PlanInput, Policy, Surfaces, acceptance, reset,
     search::Attitudes,
     site::{self, Site, TypeToPlace},
     stack::Stack,
@@ -111,8 +111,9 @@ pub fn unfilled(
     plan: &Plan,
 ) -> Result<Vec<Unfilled>, PlanError> {
     // The poses of policy `search`, whatever the plan's: it alone says how low a block could lie.
-    let laid = PlanConfig { policy: Policy::Search, ..config.clone() };
-    let site = site::prepare(input, &laid, SeedTree::new(0), &Silent)?;
+    let laid = PlanConfig { policy: Policy::Search, pattern: None, ..config.clone() };
+    let mut site = site::prepare(input, &laid, SeedTree::new(0), &Silent)?;
+    site.lifted = reset::lifted(input, &plan.placements);
     let kind = site.types.last().unwrap_or(site.main());
     let mut shown = kind.settings.clone();
     (shown.minimum_volume_m3, shown.nms_iou) = (SHOWN * shown.minimum_volume_m3, OVERLAP);
@@ -267,7 +268,8 @@ mod tests {
         let drop = Pose::from_parts(Vec3::new(x, y, 3.0), geom::Quat::IDENTITY);
         let model = ModelId(0);
         let (order, round, contacts, filled_m3) = (1, 1, 0, 0.0);
-        Placement { order, round, model, drop, rest: drop, filled_m3, contacts, state }
+        let handling = scene::Handling::default();
+        Placement { order, round, model, drop, rest: drop, filled_m3, contacts, state, handling }
     }
 
     #[test]

@@ -6,7 +6,8 @@
 //! what planning it would give.
 
 use crate::{
-    PlanConfig, PlanError, PlanInput, bettered, finished, improve::Effort, rounds, site, summary,
+    Insertion, PlanConfig, PlanError, PlanInput, Policy, bettered, finished, first_blocks,
+    improve::Effort, rounds, site, summary,
 };
 use geom::{Event, Observer, SeedTree, Stage};
 use scene::Plan;
@@ -36,23 +37,30 @@ pub fn plans_over_volumes(
     let mut left = ascending.as_slice();
     while let Some(&first) = left.first() {
         let config = PlanConfig { minimum_volume_m3: Some(volumes_m3[first]), ..config.clone() };
-        let site = site::prepare(input, &config, seed, observer)?;
-        let mut stack = site.stack(input);
-        let before = summary::before(&stack);
+        let mut site = site::prepare(input, &config, seed, observer)?;
+        let before = summary::before(&site.stack(input));
+        let reset = first_blocks(&mut site, input, &Plan::default(), seed, observer)?;
+        let mut stack = site.stack_with(input, &reset);
         let filled = rounds::fill(&site, &mut stack, seed, observer)?;
         // Windows of several scales see each other's blocks, and improving sees everything.
-        let one_scale = site.types.len() == 1 && site.main().settings.search.improve <= 0.0;
+        let settings = &site.main().settings;
+        let one_scale = site.types.len() == 1
+            && settings.search.improve <= 0.0
+            && settings.insertion == Insertion::Straight
+            && settings.policy != Policy::Pattern
+            && config.reset == 0;
         let holds = |i: usize| one_scale && filled.holds_for(volumes_m3[i]);
         let same = left.iter().skip(1).take_while(|&&i| holds(i)).count();
         let (now, later) = left.split_at(1 + same);
         for &i in now {
             let minimum_volume_m3 = volumes_m3[i];
             let larger = filled.tried.iter().filter(|(_, d)| !one_scale || *d > minimum_volume_m3);
-            let tried = larger.map(|(p, _)| p.clone()).collect();
+            let tried: Vec<_> =
+                reset.iter().cloned().chain(larger.map(|(p, _)| p.clone())).collect();
             let plan = match one_scale {
                 true => finished(&site, &stack, &before, tried),
                 false => {
-                    let effort = Effort::of(&site.main().settings, 0);
+                    let effort = Effort::of(&site.main().settings, reset.len());
                     let from = site.stack_with(input, &tried);
                     let (stack, tried) =
                         bettered((&site, input), from, tried, &effort, seed, observer)?;

@@ -11,12 +11,15 @@ use io::{ReadOptions, alignment_file};
 use scene::{Catalog, Complaint, DesignSurface, Severity};
 use serde::Serialize;
 use std::collections::HashSet;
+use std::fmt::Display;
 use std::path::Path;
 
 /// Points that a block needs on its plan area to be told from its neighbours.
 const LEAST_POINTS: f64 = 60.0;
 /// Steps of the stored numbers beyond this share of a block blur it.
 const STEP_SHARE: f64 = 0.02;
+/// What 32-bit storage has cost is worth a word from here on, metres.
+const LEAST_ROUNDING_M: f64 = 5e-4;
 /// Heights of the sea bed and of the land lie between these, metres.
 const HEIGHTS_M: [f64; 2] = [-11_000.0, 9_000.0];
 /// Beyond this share they hide it.
@@ -115,8 +118,30 @@ pub fn check(folder: &Path, observer: &dyn Observer) -> Preflight {
                 out.complaints.push(refusal_of("site", &site_file_of(folder), one));
             }
         }
-        Ok(site) => look_at(&site, observer, &mut out),
+        Ok(site) => {
+            let mut looked = |i: usize| {
+                let (spec, file) = (&site.spec.survey[i], &site.survey_files[i]);
+                let message = format!("looking at {}", file.display());
+                observer.event(Event::Noted { stage: Stage::Check, message });
+                let offset_m = spec.vertical_offset_m.unwrap_or(0.0);
+                let options = ReadOptions::of_survey(spec);
+                let (axis_order, area) = (site.spec.axis_order, site.spec.area.as_ref());
+                look(file, &options, &Placed { axis_order, offset_m, area })
+            };
+            look_at(&site, &mut looked, &mut out);
+        }
     }
+    out.conclude();
+    out
+}
+
+/// The same for a site whose surveys are read anyway: `looked` gives what the survey of a number holds, or why it cannot be read.
+pub fn check_read<E: Display>(
+    site: &Site,
+    looked: &mut dyn FnMut(usize) -> Result<SurveyLook, E>,
+) -> Preflight {
+    let mut out = Preflight::default();
+    look_at(site, looked, &mut out);
     out.conclude();
     out
 }
@@ -129,7 +154,7 @@ fn site_file_of(folder: &Path) -> String {
 }
 
 /// An error that names its file itself, as a complaint.
-fn refusal_of(code: &'static str, file: &str, error: &dyn std::fmt::Display) -> Complaint {
+fn refusal_of(code: &'static str, file: &str, error: &dyn Display) -> Complaint {
     let text = error.to_string();
     // `file: what` or `file, line 3: what`.
     let behind = text.strip_prefix(file).unwrap_or_default();
@@ -142,16 +167,15 @@ fn refusal_of(code: &'static str, file: &str, error: &dyn std::fmt::Display) -> 
     Complaint::refusal(code, file, found, advice).at(place)
 }
 
-fn look_at(site: &Site, observer: &dyn Observer, out: &mut Preflight) {
+fn look_at<E: Display>(
+    site: &Site,
+    looked: &mut dyn FnMut(usize) -> Result<SurveyLook, E>,
+    out: &mut Preflight,
+) {
     let site_file = site.folder.join("site.toml").display().to_string();
     let catalog = catalog(site, out);
-    for (spec, file) in site.spec.survey.iter().zip(&site.survey_files) {
-        let message = format!("looking at {}", file.display());
-        observer.event(Event::Noted { stage: Stage::Check, message });
-        let offset_m = spec.vertical_offset_m.unwrap_or(0.0);
-        let options = ReadOptions::of_survey(spec);
-        let (axis_order, area) = (site.spec.axis_order, site.spec.area.as_ref());
-        match look(file, &options, &Placed { axis_order, offset_m, area }) {
+    for (number, file) in site.survey_files.iter().enumerate() {
+        match looked(number) {
             Ok(found) => {
                 let on_earth = site.spec.has_crs();
                 out.complaints.extend(height_complaint(&found).filter(|_| on_earth));
@@ -173,7 +197,8 @@ fn look_at(site: &Site, observer: &dyn Observer, out: &mut Preflight) {
         out.complaints.push(Complaint::note("crs-unstated", &site_file, found));
     }
     if let Some(design) = &design {
-        design_complaints(design, &site_file, out);
+        let own = site.design_file.as_ref().map(|file| file.display().to_string());
+        design_complaints(design, own.as_deref().unwrap_or(&site_file), out);
     }
     let least = catalog.as_ref().and_then(|c| c.iter().map(|(_, m)| m.d_box_m).reduce(f32::min));
     datum_steps(f64::from(least.unwrap_or(1.0)), out);
@@ -248,6 +273,14 @@ fn survey_complaints(found: &SurveyLook, catalog: Option<&Catalog>, out: &mut Pr
     if !found.strays.is_empty() {
         let advice = "they are left out; cut them away to be rid of this line";
         say(Complaint::warning("strays", file, found.strays.clone(), advice));
+    }
+    if found.rounding_m >= LEAST_ROUNDING_M {
+        let text = format!(
+            "coordinates this large, stored as 32-bit floats, are off by up to {:.1} mm",
+            1000.0 * found.rounding_m
+        );
+        let advice = "export the cloud with double coordinates, or as LAS/LAZ";
+        say(Complaint::warning("float32", file, text, advice));
     }
     let largest_m = catalog.map_or(0.0, largest_m);
     if let Some(found) = catalog.and_then(|c| step_objection(found.step_m, c)) {
@@ -350,12 +383,12 @@ fn design(
     }
 }
 
-fn design_complaints(design: &DesignSurface, site_file: &str, out: &mut Preflight) {
+fn design_complaints(design: &DesignSurface, file: &str, out: &mut Preflight) {
     out.design_levels_m = design.levels();
     let Some((low, high)) = bulk(&out.surveys) else { return };
     if let Some(objection) = design.heights_objection(low.z, high.z) {
         let (found, advice) = objection.rsplit_once("; ").unwrap_or((&objection, ""));
-        out.complaints.push(Complaint::refusal("design-heights", site_file, found, advice));
+        out.complaints.push(Complaint::refusal("design-heights", file, found, advice));
     }
     let [[west, south], [east, north]] = design.extent();
     let gap = |low: f64, high: f64, from: f64, to: f64| (from - high).max(low - to).max(0.0);
@@ -368,7 +401,7 @@ fn design_complaints(design: &DesignSurface, site_file: &str, out: &mut Prefligh
             "check its coordinates, `crs` and `axis_order`"
         };
         let found = format!("the design lies {away_m:.0} m away from everything surveyed");
-        out.complaints.push(Complaint::refusal("design-elsewhere", site_file, found, advice));
+        out.complaints.push(Complaint::refusal("design-elsewhere", file, found, advice));
         return;
     }
     let covered = covered(design, &out.surveys);
@@ -376,7 +409,7 @@ fn design_complaints(design: &DesignSurface, site_file: &str, out: &mut Prefligh
     if covered < 0.8 {
         let found = format!("the surveys cover {:.0} % of the design's area", 100.0 * covered);
         let advice = "outside them nothing is known and nothing is planned";
-        out.complaints.push(Complaint::warning("design-covered", site_file, found, advice));
+        out.complaints.push(Complaint::warning("design-covered", file, found, advice));
     }
 }
 

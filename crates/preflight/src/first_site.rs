@@ -63,15 +63,46 @@ pub fn first_site(
         return Err(InitError::Refused(refusal.to_string()));
     }
     let crs = looks.iter().find_map(|l| l.reference.epsg());
+    // A text may call a plane system by the code of another kind.
+    if let Some(code) = &crs {
+        io::crs::site_code(code).map_err(InitError::Refused)?;
+    }
     let mut to_check = Vec::new();
     let site_toml = site_text(surveys, &looks, crs.as_deref(), folder, &mut to_check);
-    let catalog_toml = format!(
-        "# Blocks of this site. `tsumu blocks` lists the names; a mesh of your own:\n# [[block]]\n# name = \"own\"\n# mesh = \"own.stl\"\n# unit = \"mm\"\n\n[[block]]\nname = {}\nshape = {}\ndensity_kg_m3 = 2300.0\n",
-        quoted(block),
-        quoted(block)
-    );
+    let catalog_toml = catalog_text(block, &quoted(block));
     to_check.push(format!("the block: `{block}` (catalog.toml)"));
     Ok(FirstSite { site_toml, catalog_toml, to_check })
+}
+
+/// A catalogue of one built-in block.
+fn catalog_text(name: &str, shape: &str) -> String {
+    format!(
+        "# Blocks of this site. `tsumu blocks` lists the names; a mesh of your own:\n# [[block]]\n# name = \"own\"\n# mesh = \"own.stl\"\n# unit = \"mm\"\n\n[[block]]\nname = {}\nshape = {shape}\ndensity_kg_m3 = 2300.0\n",
+        quoted(name)
+    )
+}
+
+impl FirstSite {
+    /// Nobody has named the block: it is of the size that the surveys show.
+    pub fn with_size(&mut self, fits_m: f32, fits_sd_m: f32, found: usize) {
+        let size = (fits_m * 100.0).round() / 100.0;
+        let shape = format!(
+            "{{ kind = \"tetrapod\", size = {size:?} }}  # {fits_m:.2} ± {fits_sd_m:.2} m over {found} blocks of the survey; its drawing knows better"
+        );
+        self.catalog_toml = catalog_text("tetrapod", &shape);
+        self.to_check.pop();
+        self.to_check.push(format!(
+            "the block: a tetrapod of {size:.2} m, as {found} blocks of the survey show it (catalog.toml)"
+        ));
+    }
+
+    /// Nobody has named the block, and none like the proposed one was found.
+    pub fn without_size(&mut self) {
+        self.to_check.pop();
+        self.to_check.push(format!(
+            "the block: none like `{DEFAULT_BLOCK}` was found; `tsumu blocks fit` seeks other kinds and sizes (catalog.toml)"
+        ));
+    }
 }
 
 fn site_text(

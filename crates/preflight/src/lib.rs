@@ -8,8 +8,8 @@ mod overlap;
 mod site_map;
 mod texture;
 
-pub use check::{Expected, Preflight, SizeLook, SurfaceLook, check, step_objection};
+pub use check::{Expected, Preflight, SizeLook, SurfaceLook, check, check_read, step_objection};
 pub use first_site::{FirstSite, InitError, first_site};
-pub use look::SurveyLook;
+pub use look::{SurveyLook, look_of_cloud};
 pub use site_map::{SiteMap, site_map};
 pub use texture::Texture;

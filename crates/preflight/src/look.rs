@@ -37,6 +37,8 @@ pub struct SurveyLook {
     pub density_per_m2: f64,
     /// Step of the stored numbers, metres; 0 = none to speak of.
     pub step_m: f64,
+    /// What 32-bit storage has cost at these coordinates, metres; 0 for doubles.
+    pub rounding_m: f64,
     /// What the file says of its coordinates, in words; empty when nothing.
     pub crs: String,
     /// Points far from all others, in words; empty when there are none.
@@ -128,24 +130,12 @@ pub(crate) fn look(
             IoError::AllLeftOut { path, left_out }
         });
     }
-    let mut look = SurveyLook {
-        file: file.display().to_string(),
-        points: seen,
-        water_share: share(&left_out, Reason::Class(9), seen),
-        ground_share: of_classes(&meta, &[2]),
-        vegetation_share: of_classes(&meta, &[3, 4, 5]),
-        whole: stride <= 1,
-        left_out: left_out.iter().map(|(r, n)| (r.to_string(), *n)).collect(),
-        notes: meta.notes.clone(),
-        reference: meta.reference.clone(),
-        ..SurveyLook::default()
-    };
-    if !look.reference.is_unstated() {
-        look.crs = look.reference.label();
-    }
-    let raw = RawCloud { position: points, ..RawCloud::default() };
+    let mut look = stated(file, &meta, &left_out, seen, stride);
+    let reference = meta.reference.clone();
+    let float32 = meta.float32;
+    let raw = RawCloud { position: points, reference, float32, ..RawCloud::default() };
     let unit = meta.reference.vertical_unit.as_ref().map_or(1.0, |u| u.metres);
-    look.step_m = raw.step();
+    (look.step_m, look.rounding_m) = (raw.step(), raw.rounding_m());
     let factor = if meta.reference.depth { -unit } else { unit };
     if let Some(named) = meta.reference.vertical_unit.as_ref().filter(|u| !u.is_metre()) {
         look.notes.push(format!("heights in the {named} count as metres (× {unit:.9})"));
@@ -159,6 +149,49 @@ pub(crate) fn look(
     };
     measure(&mut look, raw.position.into_iter().map(turned).collect());
     Ok(look)
+}
+
+/// The same of a survey that was read, so that no file is read twice: its heights are metres, its strays gone, `offset_m` not added
+/// yet. The cloud holds a point at least.
+pub fn look_of_cloud(
+    file: &Path,
+    cloud: &RawCloud,
+    axis_order: AxisOrder,
+    offset_m: f64,
+) -> SurveyLook {
+    let mut sample = Sample::default();
+    sample.add(cloud, |_| true);
+    let mut look = SurveyLook {
+        step_m: cloud.step(),
+        rounding_m: cloud.rounding_m(),
+        ..stated(file, cloud, &cloud.left_out, sample.seen, sample.stride)
+    };
+    let turned = |p: DVec3| {
+        let p = DVec3::new(p.x, p.y, p.z + offset_m);
+        if cloud.named_axes { p } else { axis_order.east_north_up(p) }
+    };
+    measure(&mut look, sample.points.into_iter().map(turned).collect());
+    look
+}
+
+/// What the file says of itself, beside its points.
+fn stated(file: &Path, meta: &RawCloud, left_out: &LeftOut, read: u64, stride: u64) -> SurveyLook {
+    let mut look = SurveyLook {
+        file: file.display().to_string(),
+        points: read,
+        water_share: share(left_out, Reason::Class(9), read),
+        ground_share: of_classes(meta, &[2]),
+        vegetation_share: of_classes(meta, &[3, 4, 5]),
+        whole: stride <= 1,
+        left_out: left_out.iter().map(|(r, n)| (r.to_string(), *n)).collect(),
+        notes: meta.notes.clone(),
+        reference: meta.reference.clone(),
+        ..SurveyLook::default()
+    };
+    if !look.reference.is_unstated() {
+        look.crs = look.reference.label();
+    }
+    look
 }
 
 /// Share of the points that have these classes; `None` where the file classes nothing.

@@ -148,6 +148,7 @@ impl Site {
         let removed = (0..kept.len() / 2)
             .map(|i| Placement {
                 state: [PlacementState::Overflow, PlacementState::Unstable][i % 2],
+                handling: scene::Handling::default(),
                 ..kept[i].clone()
             })
             .collect();
@@ -290,5 +291,6 @@ fn placement(order: u32, rest: Pose, rng: &mut impl Rng) -> Placement {
         filled_m3: rng.random_range(0.6..1.9),
         contacts: rng.random_range(3..6),
         state: PlacementState::Kept,
+        handling: scene::Handling::default(),
     }
 }

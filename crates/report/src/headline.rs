@@ -79,7 +79,7 @@ pub(crate) fn answer(input: &ReportInput) -> (Text, Text) {
 }
 
 fn order(input: &ReportInput, plan: &Plan) -> (Text, Text) {
-    let planned = plan.placements.len() as u32;
+    let planned = plan.placements.iter().filter(|p| p.is_new()).count() as u32;
     let range = input.count.as_ref().and_then(|c| c.p10_p90);
     let wanted = range.map_or(planned, |(_, high)| high.max(planned));
     let tonnes = grouped(&format!("{:.0}", plan.summary.mass_kg / 1000.0));
@@ -112,6 +112,11 @@ fn order(input: &ReportInput, plan: &Plan) -> (Text, Text) {
         en.push('.');
         ja.push('。');
     }
+    let reset = plan.placements.iter().filter(|p| !p.is_new()).count();
+    if reset > 0 {
+        let _ = write!(en, " {} of the pile set elsewhere first.", blocks(reset as u32, "block"));
+        let _ = write!(ja, "既設 {reset} 個を先に据え直し。");
+    }
     (Text::new(en, ja), basis(input, range.is_some()))
 }
 
@@ -135,8 +140,9 @@ fn basis(input: &ReportInput, ranged: bool) -> Text {
 
 /// The one type that is placed by its name, several as blocks.
 fn kinds(input: &ReportInput, plan: &Plan) -> (String, String) {
-    let first = plan.placements.first().map(|p| p.model);
-    match first.filter(|m| plan.placements.iter().all(|p| p.model == *m)) {
+    let new = || plan.placements.iter().filter(|p| p.is_new());
+    let first = new().next().map(|p| p.model);
+    match first.filter(|m| new().all(|p| p.model == *m)) {
         Some(model) => {
             let name = input.catalog.get(model).name.clone();
             (format!("× {name}"), name)

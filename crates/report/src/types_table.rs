@@ -2,6 +2,7 @@
 
 use crate::ReportInput;
 use crate::text::{escape, grouped, t};
+use scene::Placement;
 use std::fmt::Write;
 
 const HEADS: [(&str, &str, &str); 7] = [
@@ -27,7 +28,8 @@ pub(crate) fn types(input: &ReportInput) -> String {
     html += "</tr></thead><tbody>";
     for (id, m) in input.catalog.iter() {
         let found = scene::stated(input.recognised).filter(|(_, fit)| fit.model == id).count();
-        let added = input.plan.map_or(0, |p| p.placements.iter().filter(|p| p.model == id).count());
+        let of_it = |p: &&Placement| p.model == id && p.is_new();
+        let added = input.plan.map_or(0, |p| p.placements.iter().filter(of_it).count());
         let round =
             if m.symmetry.axis().is_some() { "∞".into() } else { m.symmetry.order().to_string() };
         let cells = [

@@ -104,6 +104,9 @@ struct Placed {
     pose: [f32; 7],
     /// Height of the centre of mass where the crane lets go, local frame.
     drop_m: f32,
+    /// Handling: node, lifted block, ways it is carried.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    handling: String,
     filled_m3: f32,
     contacts: u32,
     state: &'static str,
@@ -275,7 +278,18 @@ fn placed(input: &ReportInput, p: &Placement) -> Placed {
         filled_m3: p.filled_m3,
         contacts: p.contacts,
         state: p.state.word(),
+        handling: handling(p),
     }
+}
+
+/// What is said of a block that is no new one lowered straight down; signs that need no language.
+fn handling(p: &Placement) -> String {
+    let reset = p.handling.reset.map(|r| format!("#{} ↷", r.block.0));
+    let ways = p.handling.path.len();
+    let guided = (ways > 0).then(|| format!("↘ {ways}"));
+    let node = p.handling.node.map(|n| n.to_string());
+    let all: Vec<String> = [node, reset, guided].into_iter().flatten().collect();
+    all.join(" · ")
 }
 
 fn rating<'a>(r: &'a crate::Rating) -> Rating<'a> {

@@ -65,6 +65,7 @@ fn fixture() -> Fixture {
         filled_m3: 1.5,
         contacts: 3,
         state,
+        handling: scene::Handling::default(),
     };
     let plan = Plan {
         placements: vec![

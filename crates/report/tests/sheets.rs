@@ -28,6 +28,7 @@ fn site(blocks: u32) -> Site {
         filled_m3: 1.0,
         contacts: 1,
         state: PlacementState::Kept,
+        handling: scene::Handling::default(),
     };
     let found =
         |k| Recognised::of_fit(InstanceId(k + 1), vec![], Fit::of_pose(ModelId(0), pose(k)));

@@ -35,7 +35,7 @@ pub use nominal::{
     HOLLOW_TETRAHEDRON_VOLUME, NominalBlock, SIX_LEG_VOLUME, nominal_blocks, shape_of_name,
 };
 pub use pile::{Ground, PlacedBlock, Scene};
-pub use plan::{Placement, PlacementState, Plan, PlanSummary};
+pub use plan::{Handling, PatternNode, Placement, PlacementState, Plan, PlanSummary, Reset};
 pub use point_mark::{PointFlag, PointMark};
 pub use quantity::{AreaVolume, SectionQuantity};
 pub use ratings::{Better, BlockRating, RatedBlock, RatedPair, RatedPlace, Ratings, SIGNS};

@@ -1,6 +1,6 @@
 //! A stacking plan: which block goes where, in which order.
 
-use crate::ModelId;
+use crate::{InstanceId, ModelId};
 use geom::Pose;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -58,6 +58,54 @@ pub struct Placement {
     pub contacts: u32,
     /// Kept, or why not.
     pub state: PlacementState,
+    /// How it gets there, where that is not a new block straight down.
+    #[serde(default)]
+    pub handling: Handling,
+}
+
+impl Placement {
+    /// Whether a new block is placed; if not, one of the pile is set elsewhere.
+    pub fn is_new(&self) -> bool {
+        self.handling.reset.is_none()
+    }
+}
+
+/// How a block gets to its place; the default is a new block that is lowered straight down.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Handling {
+    /// Poses, local frame, through which the crane carries the block: straight down to the first, from each to the next on a
+    /// straight line and in an even turn, from the last to the pose in which it is let go. Empty: straight down.
+    pub path: Vec<Pose>,
+    /// The block of the pile that it is.
+    pub reset: Option<Reset>,
+    /// Its node in the pattern.
+    pub node: Option<PatternNode>,
+}
+
+/// A block of the pile that is lifted and set elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reset {
+    /// Its number as recognised.
+    pub block: InstanceId,
+    /// Where it stands, local frame.
+    pub from: Pose,
+}
+
+/// A node of a placing pattern.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PatternNode {
+    /// Layer, from 1 at the bottom.
+    pub layer: u32,
+    /// Row, from 1 at the pattern's origin; below it 0 and less.
+    pub row: i32,
+    /// Place in the row, counted likewise.
+    pub column: i32,
+}
+
+impl std::fmt::Display for PatternNode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "L{} R{} C{}", self.layer, self.row, self.column)
+    }
 }
 
 /// The result of planning.
@@ -122,4 +170,20 @@ pub struct PlanSummary {
     pub unstable: u32,
     /// Blocks tried that ended outside the boundary or the crane's reach.
     pub outside: u32,
+    /// Windows in which nothing could be lowered straight down when blocks began to be guided.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub shut: u32,
+    /// Those of them that got a block.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub opened: u32,
+    /// Blocks kept that are carried along a path.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub guided: u32,
+    /// Blocks of the pile that are lifted and set elsewhere.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub reset: u32,
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }

@@ -149,6 +149,7 @@ mod tests {
             filled_m3: 1.0,
             contacts: 3,
             state: PlacementState::Kept,
+            handling: crate::Handling::default(),
         };
         let plan = Plan { placements: (1..=3).map(placement).collect(), ..Plan::default() };
         // Numbers of another plan; the place counts, to the millimetres of a file.

@@ -71,7 +71,7 @@ impl World {
         self.physics.bodies.get(body.handle).map_or(Pose::IDENTITY, |b| *b.position())
     }
 
-    fn statics(&self) -> impl Iterator<Item = (Touched, &SharedShape, Pose)> {
+    pub(crate) fn statics(&self) -> impl Iterator<Item = (Touched, &SharedShape, Pose)> {
         self.physics
             .colliders
             .iter()
@@ -124,7 +124,7 @@ impl World {
 }
 
 /// The hull's corner deepest under a plane. Slabs are much larger than blocks: the general query loses touching contacts there.
-fn lowest(
+pub(crate) fn lowest(
     at: &Pose,
     hull: &SharedShape,
     surface: Vec3,

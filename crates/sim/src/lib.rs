@@ -12,10 +12,12 @@ mod config;
 mod contacts;
 mod error;
 mod ground;
+mod passage;
 mod world;
 
 pub use block_shape::BlockShape;
 pub use config::{FrictionRule, PhysicsConfig};
 pub use contacts::Contact;
 pub use error::SimError;
+pub use passage::Passage;
 pub use world::{BodyId, Settled, Touched, World};

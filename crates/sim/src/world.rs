@@ -183,6 +183,42 @@ impl World {
         }
     }
 
+    /// Gives a moving block the speed and turn with which it is in a pose after one step; its weight is carried meanwhile.
+    /// What stands in the way still stops it.
+    pub fn steer(&mut self, id: BodyId, site_from_block: &Pose) {
+        let Some(body) = self.body(id) else { return };
+        let (handle, centre, target) = (body.handle, body.centre, self.inside(site_from_block));
+        let (dt, gravity) = (self.config.step_s, self.physics.gravity);
+        if let Some(rigid) = self.physics.bodies.get_mut(handle) {
+            let now = *rigid.position();
+            let mut turn = target.rotation * now.rotation.inverse();
+            if turn.w < 0.0 {
+                turn = -turn;
+            }
+            rigid.set_linvel((target * centre - now * centre) / dt - gravity * dt, true);
+            rigid.set_angvel(turn.to_scaled_axis() / dt, true);
+        }
+    }
+
+    /// Puts a moving block into a pose, at rest.
+    pub fn set_pose(&mut self, id: BodyId, site_from_block: &Pose) {
+        let Some(handle) = self.body(id).map(|b| b.handle) else { return };
+        let inside = self.inside(site_from_block);
+        if let Some(rigid) = self.physics.bodies.get_mut(handle) {
+            rigid.set_position(inside, true);
+        }
+        self.halt(id);
+    }
+
+    /// Takes a block's speed and turn away.
+    pub fn halt(&mut self, id: BodyId) {
+        let Some(handle) = self.body(id).map(|b| b.handle) else { return };
+        if let Some(rigid) = self.physics.bodies.get_mut(handle) {
+            rigid.set_linvel(Vec3::ZERO, true);
+            rigid.set_angvel(Vec3::ZERO, true);
+        }
+    }
+
     /// First thing on the ray within `max_m` and its distance; `direction` must be a unit vector.
     pub fn cast_ray(
         &mut self,

@@ -124,6 +124,7 @@ fn works_place_the_plan_about_where_it_says() {
             filled_m3: 1.0,
             contacts: 3,
             state: PlacementState::Kept,
+            handling: scene::Handling::default(),
         }
     };
     let plan = Plan { placements: vec![placement(1, -1.5), placement(2, 1.5)], ..Plan::default() };

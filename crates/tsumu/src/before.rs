@@ -4,12 +4,14 @@ use crate::block_look::look_closely;
 use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
 use geom::{Event, Observer, Stage, Warning};
+use pipeline::sizes::WARNED_FROM;
 use preflight::{FirstSite, InitError, Preflight};
 use scene::Severity;
 use std::path::{Path, PathBuf};
 
 /// Doubts that reading the site says again.
-const SAID_WHEN_READ: [&str; 4] = ["block", "strays", "crs-not-used", "vertical-differs"];
+const SAID_WHEN_READ: [&str; 5] =
+    ["block", "strays", "float32", "crs-not-used", "vertical-differs"];
 
 /// Looks at a site folder: every complaint, and whether an answer can be given. Where nothing rules one out, blocks are sought in a
 /// part of the surveys and their size held against the catalogue's.
@@ -21,11 +23,16 @@ pub fn check(folder: &Path, job: &Job) -> Preflight {
     found
 }
 
-/// The same as the first part of a run, which tells the blocks' size itself: doubts are warned of. Error: no answer can be given;
-/// every reason is a line of it.
+/// The same before surveys are worked on in parts, which tells the blocks' size itself: doubts are warned of. Error: no answer can be
+/// given; every reason is a line of it. [`Site::load_checked`](crate::Site::load_checked) does so while it reads.
 pub fn check_first(folder: &Path, job: &Job) -> Result<()> {
     let found = job.install(|| preflight::check(folder, job));
-    let cannot = cannot(&found);
+    tell(&found, job)
+}
+
+/// Warns of what a check before a run has found; its refusals are the error.
+pub(crate) fn tell(found: &Preflight, job: &Job) -> Result<()> {
+    let cannot = cannot(found);
     let doubts = found.complaints.iter().filter(|c| c.severity == Severity::Warning);
     // A site that goes on to be read warns of some itself.
     for doubt in doubts.filter(|c| cannot.is_some() || !SAID_WHEN_READ.contains(&c.code)) {
@@ -62,7 +69,7 @@ pub fn init(
         )));
     }
     let made = job.install(|| preflight::first_site(surveys, block, folder));
-    let made = made.map_err(|e| match e {
+    let mut made = made.map_err(|e| match e {
         InitError::Survey(e) => Error::bad_input(e),
         InitError::Refused(_) => Error::bad_input(e),
     })?;
@@ -70,5 +77,31 @@ pub fn init(
     for (file, text) in files.iter().zip([&made.site_toml, &made.catalog_toml]) {
         io::atomic::write_bytes(file, text.as_bytes())?;
     }
+    if block.is_none() && as_surveys_show(folder, &mut made, job) {
+        io::atomic::write_bytes(&files[1], made.catalog_toml.as_bytes())?;
+    }
     Ok(made)
+}
+
+/// Surveys up to so many points are asked how large their blocks are.
+const ASKED_POINTS: u64 = 20_000_000;
+
+/// Holds the proposed block against the surveys; true where another size is to be written.
+fn as_surveys_show(folder: &Path, made: &mut FirstSite, job: &Job) -> bool {
+    let found = job.install(|| preflight::check(folder, job));
+    // What cannot be answered will be said by the check that the user makes next.
+    if !found.can_be_answered || found.expected.points > ASKED_POINTS {
+        return false;
+    }
+    let mut found = found;
+    look_closely(folder, &mut found, job);
+    let Some(size) = found.sizes.first() else {
+        made.without_size();
+        return false;
+    };
+    let same = (size.fits_m / size.catalogue_m - 1.0).abs() < WARNED_FROM;
+    if !same {
+        made.with_size(size.fits_m, size.fits_sd_m, size.found);
+    }
+    !same
 }

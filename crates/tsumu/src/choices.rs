@@ -33,7 +33,7 @@ impl PlanChoice {
             let name = &site.catalog.get(p.model).name;
             blocks.iter().find(|b| b.name == *name).map_or(1.0, |b| f64::from(b.cost))
         };
-        let cost = plan.placements.iter().map(of).sum();
+        let cost = plan.placements.iter().filter(|p| p.is_new()).map(of).sum();
         Self { aim, plan, cost }
     }
 }

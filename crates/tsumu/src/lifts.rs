@@ -1,6 +1,7 @@
 //! The plan as the crane works it off: `plan/lifts.csv`.
 
 use crate::{Result, Site};
+use geom::{DVec3, Pose};
 use io::lifts_csv::{self, LiftRow};
 use pipeline::PipelineError;
 use plan::Lift;
@@ -11,7 +12,7 @@ use std::path::Path;
 pub(crate) fn write(path: &Path, site: &Site, plan: &Plan, lifts: &[Lift]) -> Result<()> {
     let row = |(p, lift): (&Placement, &Lift)| {
         let block = site.catalog.get(p.model);
-        let at = |pose: &geom::Pose| site.survey.frame.site_from_local(*pose * block.centre);
+        let at = |pose: &Pose| site.survey.frame.site_from_local(*pose * block.centre);
         let a = lift.attitude;
         LiftRow {
             order: lift.order,
@@ -23,10 +24,25 @@ pub(crate) fn write(path: &Path, site: &Site, plan: &Plan, lifts: &[Lift]) -> Re
             stand: lift.stand,
             legs: a.legs,
             attitude_deg: [a.tilt_deg, a.bearing_deg, a.second_bearing_deg],
+            node: p.handling.node,
+            reset_block: p.handling.reset.map(|r| r.block.0),
+            segments: segments(p, &at),
         }
     };
     let rows: Vec<LiftRow> = plan.placements.iter().zip(lifts).map(row).collect();
     Ok(lifts_csv::write(path, &rows)?)
+}
+
+/// The ways of a path: metres sideways, degrees clockwise from north, degrees turned, level of the centre at the end.
+fn segments(p: &Placement, at: &dyn Fn(&Pose) -> DVec3) -> Vec<[f64; 4]> {
+    let path = &p.handling.path;
+    let segment = |(from, to): (&Pose, &Pose)| {
+        let way = at(to) - at(from);
+        let bearing = way.x.atan2(way.y).to_degrees().rem_euclid(360.0);
+        let turned = f64::from(from.rotation.angle_between(to.rotation)).to_degrees();
+        [way.truncate().length(), bearing, turned, at(to).z]
+    };
+    path.iter().zip(path.iter().skip(1).chain([&p.drop])).map(segment).collect()
 }
 
 impl Site {

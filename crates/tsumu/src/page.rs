@@ -268,7 +268,7 @@ fn count(planned: &Planned) -> Count {
         ),
     };
     let p10_p90 = range.map(|r| (bound(r.p10), bound(r.p90)));
-    Count { blocks: planned.plan.placements.len() as u32, p10_p90, basis }
+    Count { blocks: planned.plan.summary.blocks, p10_p90, basis }
 }
 
 fn fixed(value: Option<f64>, digits: usize, scale: f64) -> String {

@@ -199,6 +199,7 @@ pub(crate) fn read_placements(from: &Path, catalog: &Catalog, frame: &SiteFrame)
             filled_m3: row.filled_m3 as f32,
             contacts: row.contacts,
             state: row.state,
+            handling: row.handling.local(frame),
         };
         match row.state {
             PlacementState::Kept => plan.placements.push(placement),

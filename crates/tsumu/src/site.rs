@@ -1,5 +1,6 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
+use crate::before;
 use crate::block_size::entry_sizes_m;
 use crate::error::OrBadInput;
 use crate::memory::{self, Need};
@@ -84,6 +85,29 @@ impl Site {
     /// Reads a site folder (or its `site.toml`); `settings` count before the site's own.
     pub fn load_with(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
         let files = io::site::load(folder).or_bad_input()?;
+        Self::read(files, settings, job, |files, job| surveys::of_site(files, job))
+    }
+
+    /// The same, checked as by [`check_first`](crate::check_first) while it is read: one pass over each survey. Error: no answer can be
+    /// given; every reason is a line of it.
+    pub fn load_checked(folder: &Path, settings: &Settings, job: &Job) -> Result<Self> {
+        let Ok(files) = io::site::load(folder) else {
+            crate::check_first(folder, job)?;
+            return Self::load_with(folder, settings, job);
+        };
+        Self::read(files, settings, job, |files, job| {
+            let (found, joined) = job.install(|| surveys::of_site_checked(files, job));
+            before::tell(&found, job)?;
+            joined.unwrap_or_else(|| surveys::of_site(files, job))
+        })
+    }
+
+    fn read(
+        files: io::site::Site,
+        settings: &Settings,
+        job: &Job,
+        surveys_of: impl FnOnce(&io::site::Site, &Job) -> Result<Joined>,
+    ) -> Result<Self> {
         let config = settings.of_site(&files.spec)?;
         tell_departures(&config, job)?;
         let memory = settings.memory.or(files.spec.memory);
@@ -109,7 +133,7 @@ impl Site {
         }
         let catalog = catalogue::models(&files.catalog, &files.catalog_file, job)?;
         let entry_sizes_m = entry_sizes_m(&files.catalog, &catalog);
-        let Joined { survey, mut references, steps_m, records } = surveys::of_site(&files, job)?;
+        let Joined { survey, mut references, steps_m, records } = surveys_of(&files, job)?;
         surveys::fine_enough(&steps_m, &catalog)?;
         let design = design(&files, &mut references, job)?;
         surveys::agree(&files.spec.crs, &references, job)?;

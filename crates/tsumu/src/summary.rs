@@ -4,7 +4,7 @@ use crate::recognition::Recognition;
 use metrics::Repeatability;
 use pipeline::PileVerdict;
 use plan::{BlockChoice, ThresholdRange, Uncertainty, UnfilledReason};
-use scene::{Catalog, Plan, PlanSummary, Survey};
+use scene::{Catalog, Placement, Plan, PlanSummary, Survey};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -152,7 +152,8 @@ impl TypeCount {
     pub(crate) fn of(plan: &Plan, blocks: &[BlockChoice], catalog: &Catalog) -> Vec<Self> {
         let of = |choice: &BlockChoice| {
             let model = catalog.find(&choice.name);
-            let own = plan.placements.iter().filter(|p| Some(p.model) == model).count() as u32;
+            let new = |p: &&Placement| Some(p.model) == model && p.is_new();
+            let own = plan.placements.iter().filter(new).count() as u32;
             Self {
                 name: choice.name.clone(),
                 blocks: own,

@@ -9,6 +9,7 @@ use geom::{DVec3, Event, Observer, Stage, Warning};
 use io::crs::FileCrs;
 use io::read_options::{Reason, describe};
 use io::{IoError, RawCloud, ReadOptions};
+use preflight::{Preflight, SurveyLook};
 use scene::{
     Area, AxisOrder, Catalog, Ground, GroundSpec, SensorKind, Severity, SiteFrame, Survey,
 };
@@ -60,17 +61,23 @@ impl Clouds {
 /// All surveys of a site in one local frame.
 pub(crate) fn of_site(site: &io::site::Site, observer: &dyn Observer) -> Result<Joined> {
     let mut parts = Parts::default();
-    let (area, axes) = (site.spec.area.as_ref(), site.spec.axis_order);
-    for (spec, file) in site.spec.survey.iter().zip(&site.survey_files) {
-        let cloud = cloud(file, area, axes, &ReadOptions::of_survey(spec), observer)?;
-        let raw = RawSurvey {
-            sensor: spec.sensor,
-            vertical_offset_m: spec.vertical_offset_m.unwrap_or(0.0),
-            ..raw_survey(file, &cloud, spec.sensors(), axes)
-        };
-        parts.add(file, cloud, raw, area.is_some());
+    for number in 0..site.survey_files.len() {
+        parts.read(site, number, observer)?;
     }
     parts.join(&site.spec.crs, &site.spec.vertical_datum)
+}
+
+/// The same, checked while it is read: one pass over each file. What the check finds comes beside the surveys, which there are only
+/// where nothing rules an answer out.
+pub(crate) fn of_site_checked(
+    site: &io::site::Site,
+    observer: &dyn Observer,
+) -> (Preflight, Option<Result<Joined>>) {
+    let mut parts = Parts::default();
+    let found = preflight::check_read(site, &mut |number| parts.read(site, number, observer));
+    let can = found.can_be_answered;
+    let joined = can.then(|| parts.join(&site.spec.crs, &site.spec.vertical_datum));
+    (found, joined)
 }
 
 /// Holds what files say of their coordinates against the site and against each other: contradictions are bad input, one line
@@ -108,6 +115,27 @@ struct Parts {
 }
 
 impl Parts {
+    /// Reads the site's survey of this number; what it holds.
+    fn read(
+        &mut self,
+        site: &io::site::Site,
+        number: usize,
+        observer: &dyn Observer,
+    ) -> Result<SurveyLook> {
+        let (spec, file) = (&site.spec.survey[number], &site.survey_files[number]);
+        let (area, axes) = (site.spec.area.as_ref(), site.spec.axis_order);
+        let offset_m = spec.vertical_offset_m.unwrap_or(0.0);
+        let cloud = cloud(file, area, axes, &ReadOptions::of_survey(spec), observer)?;
+        let look = preflight::look_of_cloud(file, &cloud, axes, offset_m);
+        let raw = RawSurvey {
+            sensor: spec.sensor,
+            vertical_offset_m: offset_m,
+            ..raw_survey(file, &cloud, spec.sensors(), axes)
+        };
+        self.add(file, cloud, raw, area.is_some());
+        Ok(look)
+    }
+
     fn add(&mut self, file: &Path, cloud: RawCloud, raw: RawSurvey, partly: bool) {
         self.references.push((raw.file.clone(), cloud.reference.clone()));
         self.steps_m.push((raw.file.clone(), cloud.step()));

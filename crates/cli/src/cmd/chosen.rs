@@ -139,6 +139,8 @@ pub enum PolicyName {
     Network,
     /// The best of many attitudes, verified by physics
     Search,
+    /// The nodes of a regular grid, layer upon layer; see `[plan.pattern]`
+    Pattern,
 }
 
 impl PolicyName {
@@ -148,6 +150,7 @@ impl PolicyName {
             Self::Random => plan::Policy::Random,
             Self::Network => plan::Policy::Network,
             Self::Search => plan::Policy::Search,
+            Self::Pattern => plan::Policy::Pattern,
         }
     }
 }

@@ -51,9 +51,8 @@ impl RunArgs {
 /// Runs every stage and writes every file.
 pub fn run(args: &RunArgs, terminal: &Terminal, job: &Job) -> Result<()> {
     let options = args.options();
-    tsumu::check_first(&args.site, job)?;
     let settings = args.planning.with(args.chosen.settings());
-    let site = Site::load_with(&args.site, &settings, job)?;
+    let site = Site::load_checked(&args.site, &settings, job)?;
     let out = args.out.clone().unwrap_or_else(|| site.run_folder());
     let whole = WholeRun::begin(&site, &out, &options, job)?;
     through(&site, whole, args.bare_ground, terminal)

@@ -45,14 +45,17 @@ pub fn disagreements(site_crs: &str, files: &[(String, FileCrs)]) -> Vec<Complai
             out.push(Complaint::note("crs-without-code", file, found));
             continue;
         };
+        let is = |other: u32| code == other || crs.alternatives.contains(&other);
         match (stated, first) {
-            (Some(site), _) if code != site => out.push(Complaint::refusal(
+            (Some(site), _) if !is(site) => out.push(Complaint::refusal(
                 "crs-differs",
                 file,
                 format!("the file is in {}, the site in EPSG:{site}", crs.label()),
                 "put the right code into `crs`, or bring the file into the site's system before",
             )),
-            (None, Some((other, theirs))) if Some(code) != theirs.horizontal => {
+            (None, Some((other, theirs)))
+                if !theirs.horizontal.is_some_and(is) && !theirs.alternatives.contains(&code) =>
+            {
                 out.push(Complaint::refusal(
                     "crs-differs",
                     file,

@@ -155,8 +155,18 @@ pub(super) fn code_of(projected: &Node) -> Option<u32> {
     let lat = value(["latitude of origin", "latitude of natural origin"])?;
     let lon = value(["central meridian", "longitude of natural origin"])?;
     let scale = value(["scale factor", "scale factor at natural origin"])?;
-    let east = value(["false easting", "false easting"])?;
-    let north = value(["false northing", "false northing"])?;
+    let east = value(["false easting"; 2])?;
+    let north = value(["false northing"; 2])?;
+    of_family(&family, [lat, lon, scale, east, north])
+}
+
+/// The code of a transverse Mercator system by the name of its datum and its parameters: latitude and longitude of the origin
+/// (degrees), scale, false easting and northing (metres).
+pub(super) fn code_of_parameters(datum: &str, parameters: [f64; 5]) -> Option<u32> {
+    of_family(&family(datum)?, parameters)
+}
+
+fn of_family(family: &Family, [lat, lon, scale, east, north]: [f64; 5]) -> Option<u32> {
     let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
     if near(scale, 0.9999) && near(east, 0.0) && near(north, 0.0) {
         let zone = ZONES.iter().position(|z| near(z.0, lat) && near(z.1, lon))?;
@@ -167,7 +177,7 @@ pub(super) fn code_of(projected: &Node) -> Option<u32> {
     if !is_utm || !near(zone, zone.round()) || !(1.0..=60.0).contains(&zone.round()) {
         return None;
     }
-    utm_code(&family, zone.round() as u32, near(north, 10_000_000.0))
+    utm_code(family, zone.round() as u32, near(north, 10_000_000.0))
 }
 
 fn utm_code(family: &Family, zone: u32, south: bool) -> Option<u32> {
@@ -199,6 +209,13 @@ pub(super) fn code_of_name(name: &str) -> Option<u32> {
     let roman = ROMAN.iter().position(|r| r == number).map(|i| i as u32 + 1);
     let zone = roman.or_else(|| number.parse().ok()).filter(|z| (1..=19).contains(z))?;
     Some(family.zones? + zone - 1)
+}
+
+/// The code of a datum and a zone as Japanese LandXML (J-LandXML) writes them: `JGD2011` and `9(X,Y)`.
+pub fn code_of_zone(datum: &str, zone: &str) -> Option<u32> {
+    let digits: String = zone.trim().chars().take_while(char::is_ascii_digit).collect();
+    let number = digits.parse().ok().filter(|z: &u32| (1..=19).contains(z))?;
+    Some(family(datum)?.zones? + number - 1)
 }
 
 #[cfg(test)]

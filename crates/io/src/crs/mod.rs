@@ -6,12 +6,14 @@ mod epsg;
 mod epsg_table;
 mod geotiff_keys;
 mod japan;
+mod proj_string;
 mod wkt;
 
 pub use agreement::{disagreements, site_code};
 pub use epsg::{Meaning, code, meaning};
 pub use geotiff_keys::{GeoKeys, keys_of_epsg};
-pub use japan::wkt_of_epsg;
+pub use japan::{code_of_zone, wkt_of_epsg};
+pub use proj_string::of_proj;
 pub use wkt::of_wkt;
 
 use std::fmt;
@@ -106,6 +108,8 @@ pub struct FileCrs {
     pub kind: CrsKind,
     /// EPSG code of the horizontal system.
     pub horizontal: Option<u32>,
+    /// Codes that the same words stand for too: a PROJ string may leave the datum open.
+    pub alternatives: Vec<u32>,
     /// EPSG code of the vertical system.
     pub vertical: Option<u32>,
     /// Name of the system in the file; may be empty.
@@ -180,30 +184,59 @@ impl FileCrs {
     }
 }
 
-/// What comments of a header say: `crs EPSG:6679`, a code anywhere behind the word `EPSG:`, or well-known text.
+/// What comments of a header say: well-known text, a PROJ string, or a code behind `EPSG:`. Comments that name several codes say
+/// nothing: which one the numbers are in is not known.
 pub fn of_comments<'a>(comments: impl IntoIterator<Item = &'a str>) -> FileCrs {
+    const WKT: [&str; 6] =
+        ["PROJCS[", "PROJCRS[", "COMPD_CS[", "COMPOUNDCRS[", "GEOGCS[", "GEOGCRS["];
+    let mut codes = Vec::new();
     for comment in comments {
-        let text = comment.trim_start_matches(['#', '/', '%', ' ']);
-        let text = text
-            .strip_prefix("comment ")
-            .or_else(|| text.strip_prefix("obj_info "))
-            .unwrap_or(text);
-        let upper = text.to_ascii_uppercase();
-        let wkt = ["PROJCS[", "PROJCRS[", "COMPD_CS[", "COMPOUNDCRS[", "GEOGCS[", "GEOGCRS["];
-        let start = wkt.iter().filter_map(|key| upper.find(key)).min();
-        if let Some(start) = start {
-            let crs = of_wkt(&text[start..]);
-            if !crs.is_unstated() {
-                return crs;
-            }
+        let upper = comment.to_ascii_uppercase();
+        let start = WKT.iter().filter_map(|key| upper.find(key)).min();
+        let stated = start.map(|start| of_wkt(&comment[start..])).filter(|c| !c.is_unstated());
+        let stated = stated.or_else(|| Some(of_proj(comment)).filter(|c| !c.is_unstated()));
+        if let Some(crs) = stated {
+            return crs;
         }
-        let digits: Option<String> = upper
-            .find("EPSG:")
-            .map(|at| upper[at + 5..].trim_start_matches([':', ' ']))
-            .map(|rest| rest.chars().take_while(char::is_ascii_digit).collect());
-        if let Some(code) = digits.and_then(|d| d.parse().ok()).filter(|&c: &u32| c > 0) {
-            return FileCrs::of_code(code);
+        for (at, _) in upper.match_indices("EPSG:") {
+            let rest = upper[at + 5..].trim_start_matches([':', ' ']);
+            let digits: String = rest.chars().take_while(char::is_ascii_digit).collect();
+            codes.extend(digits.parse().ok().filter(|&c: &u32| c > 0));
         }
     }
-    FileCrs::default()
+    codes.sort_unstable();
+    codes.dedup();
+    match codes[..] {
+        [code] => FileCrs::of_code(code),
+        _ => FileCrs::default(),
+    }
+}
+
+/// What a text of its own says, such as a `.prj` file: well-known text, a PROJ string or a code.
+pub fn of_text(text: &str) -> FileCrs {
+    let wkt = of_wkt(text);
+    if wkt.is_unstated() { of_comments([text]) } else { wkt }
+}
+
+/// A `.prj` beside a file (same name, other ending): the habit of programs whose formats have no place for it.
+pub fn beside(path: &std::path::Path) -> Option<std::path::PathBuf> {
+    let file = path.with_extension("prj");
+    (file != path && file.is_file()).then_some(file)
+}
+
+/// The file's own word, else that of the `.prj` beside it.
+pub(crate) fn or_beside(path: &std::path::Path, own: FileCrs) -> FileCrs {
+    if own.horizontal.is_some() || own.kind != CrsKind::Unstated {
+        return own;
+    }
+    let text = beside(path).and_then(|file| crate::input::read_text(&file, 1 << 20).ok());
+    let stated = text.map(|text| of_text(&text)).unwrap_or_default();
+    // A unit or a depth of its own stays.
+    FileCrs {
+        vertical: own.vertical.or(stated.vertical),
+        unit: own.unit.or(stated.unit),
+        vertical_unit: own.vertical_unit.or(stated.vertical_unit),
+        depth: own.depth || stated.depth,
+        ..stated
+    }
 }

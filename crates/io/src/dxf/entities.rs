@@ -110,7 +110,13 @@ impl Pairs {
                 "binary DXF is not read; save it as a text DXF",
             ));
         }
-        let code = text(&self.buffer);
+        let release = self.buffer.get(..4).is_some_and(|b| b.starts_with(b"AC1"));
+        if self.line == 1 && release {
+            let what = "this is a DWG drawing under another name; save it as a text DXF";
+            return Err(IoError::unsupported(input.path, what));
+        }
+        let code: String =
+            text(&self.buffer).chars().filter(|c| !c.is_control()).take(40).collect();
         let code = code.trim_start_matches('\u{feff}');
         let code: i32 = code.parse().map_err(|_| {
             input.malformed(

@@ -37,6 +37,15 @@ pub(super) fn reference(input: &Input, document: &Document) -> Result<FileCrs, I
             reference = FileCrs::of_code(code);
         } else if let Some(wkt) = attribute("ogcWktCode") {
             reference = crs::of_wkt(wkt);
+        } else if let Some(proj) = attribute("proj4Def") {
+            reference = crs::of_proj(proj);
+        }
+        if reference.is_unstated()
+            && let Some(code) = attribute("horizontalDatum")
+                .zip(attribute("horizontalCoordinateSystemName"))
+                .and_then(|(datum, zone)| crs::code_of_zone(datum, zone))
+        {
+            reference = FileCrs::of_code(code);
         }
         if reference.name.is_empty() {
             reference.name = attribute("name").or(attribute("desc")).unwrap_or_default().into();

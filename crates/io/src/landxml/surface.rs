@@ -179,6 +179,26 @@ mod tests {
     }
 
     #[test]
+    fn other_encodings_are_read_as_their_declaration_says() {
+        let text =
+            format!("<?xml version=\"1.0\" encoding=\"CODE\"?>{}", file("", &[("計画面", 3.4)]));
+        let utf_16: Vec<u8> = std::iter::once(0xfeff)
+            .chain(text.replace("CODE", "UTF-16").encode_utf16())
+            .flat_map(u16::to_le_bytes)
+            .collect();
+        let shift_jis = text.replace("CODE", "Shift_JIS");
+        let shift_jis = encoding_rs::SHIFT_JIS.encode(&shift_jis).0;
+        for bytes in [&utf_16[..], &shift_jis] {
+            let mut input = Input::of_bytes(Path::new("a.xml"), bytes);
+            assert_eq!(read_surface(&mut input, None).unwrap().name, "計画面");
+        }
+        let broken = text.replace("CODE", "UTF-8").into_bytes();
+        let broken = [&broken[..60], b"\xff\xff", &broken[60..]].concat();
+        let mut input = Input::of_bytes(Path::new("a.xml"), &broken);
+        assert!(read_surface(&mut input, None).unwrap_err().to_string().contains("UTF-8"));
+    }
+
+    #[test]
     fn the_coordinate_system_is_read() {
         let code =
             |head: &str| read_text(&file(head, &[("a", 1.0)]), None).unwrap().reference.horizontal;
@@ -190,5 +210,8 @@ mod tests {
             Some(6678)
         );
         assert_eq!(code(""), None);
+        // As Japanese programs write it.
+        let japanese = "<CoordinateSystem horizontalDatum=\"JGD2011\" verticalDatum=\"T.P\" horizontalCoordinateSystemName=\"9(X,Y)\"/>";
+        assert_eq!(code(japanese), Some(6677));
     }
 }

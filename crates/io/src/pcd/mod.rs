@@ -9,7 +9,7 @@ use crate::crs;
 use crate::input::Input;
 use crate::ply::{instance_number, not_a_label};
 use crate::raw_cloud::RawCloud;
-use crate::read_options::ReadOptions;
+use crate::read_options::{ByClass, LeaveOut, ReadOptions};
 use crate::sensor_place::Station;
 use crate::{IoError, Place};
 use geom::DVec3;
@@ -189,6 +189,8 @@ pub fn stream_with(
         invalid: collector.invalid,
         crs: reference.epsg(),
         reference,
+        classes: std::mem::take(&mut collector.met.classes),
+        left_out: std::mem::take(&mut collector.met.left_out),
         ..RawCloud::default()
     };
     collector.station.finish(&mut meta);
@@ -221,6 +223,9 @@ fn check_count(input: &mut Input, header: &Header) -> Result<(), IoError> {
 struct Collector {
     xyz: [Field; 3],
     instance: Option<Field>,
+    class: Option<Field>,
+    leave_out: LeaveOut,
+    met: ByClass,
     /// What −1 stands for among the instances: 0 where they are a `label`.
     minus_one: Option<u32>,
     station: Station,
@@ -245,7 +250,23 @@ impl Collector {
         let station = Station::new(header.viewpoint, false);
         let batch = empty(instance.is_some());
         let minus_one = options.minus_one.or(named.is_none().then_some(0));
-        Ok(Self { xyz, instance, minus_one, station, record: 0, batch, invalid: 0 })
+        let is_class = |(name, f): &&(String, Field)| {
+            name.eq_ignore_ascii_case("classification") && f.count == 1
+        };
+        let class = header.fields.iter().find(is_class).map(|(_, f)| *f);
+        let (leave_out, met) = (options.leave_out.clone(), ByClass::default());
+        Ok(Self {
+            xyz,
+            instance,
+            class,
+            leave_out,
+            met,
+            minus_one,
+            station,
+            record: 0,
+            batch,
+            invalid: 0,
+        })
     }
 
     fn push(
@@ -264,6 +285,11 @@ impl Collector {
         }
         if !p.is_finite() {
             return Err(IoError::NotFinite { path: input.path.into(), at, x: p.x, y: p.y, z: p.z });
+        }
+        if let Some(class) = self.class.as_ref().map(&value)
+            && self.met.leaves_out(class, &self.leave_out)
+        {
+            return Ok(());
         }
         self.batch.position.push(p);
         self.station.see(p);

@@ -5,7 +5,7 @@ use crate::crs::{self, FileCrs};
 use crate::input::Input;
 use crate::mesh::RawMesh;
 use crate::raw_cloud::RawCloud;
-use crate::read_options::ReadOptions;
+use crate::read_options::{ByClass, LeaveOut, ReadOptions};
 use crate::{IoError, Place};
 use geom::{DVec3, Vec3};
 
@@ -128,6 +128,13 @@ struct Columns {
     model: Option<usize>,
     confidence: Option<usize>,
     line: Option<usize>,
+    class: Option<usize>,
+}
+
+/// Points counted and sorted out by their class.
+struct Sorting<'a> {
+    leave_out: &'a LeaveOut,
+    met: ByClass,
 }
 
 impl Columns {
@@ -160,6 +167,11 @@ impl Columns {
             model: scalar(&["model", "scalar_model"]),
             confidence: scalar(&["confidence", "scalar_confidence"]),
             line: scalar(&["point_source_id", "scalar_point_source_id", "line", "scalar_line"]),
+            class: element.properties.iter().position(|p| {
+                let name = p.name.to_ascii_lowercase();
+                p.list.is_none()
+                    && matches!(name.as_str(), "classification" | "scalar_classification")
+            }),
         })
     }
 
@@ -174,6 +186,11 @@ impl Columns {
             record: Some(Vec::new()),
             ..RawCloud::default()
         }
+    }
+
+    /// Whether a record's class leaves it out.
+    fn leaves_out(&self, value: impl Fn(usize) -> f64, sorting: &mut Sorting) -> bool {
+        self.class.is_some_and(|i| sorting.met.leaves_out(value(i), sorting.leave_out))
     }
 
     /// Appends one record.
@@ -260,6 +277,7 @@ pub fn stream_with(
         if !options.labels {
             (columns.instance, columns.model, columns.confidence) = (None, None, None);
         }
+        let mut sorting = Sorting { leave_out: &options.leave_out, met: ByClass::default() };
         match (header.encoding, element.stride()) {
             (Encoding::LittleEndian | Encoding::BigEndian, Some(stride)) => {
                 stream_fixed(
@@ -268,15 +286,17 @@ pub fn stream_with(
                     &columns,
                     stride,
                     header.encoding == Encoding::BigEndian,
+                    &mut sorting,
                     sink,
                 )?;
             }
-            _ => stream_records(input, &mut records, element, &columns, sink)?,
+            _ => stream_records(input, &mut records, element, &columns, &mut sorting, sink)?,
         }
         let float32 =
             columns.xyz.iter().any(|&i| element.properties[i].scalar == header::Scalar::F32)
                 && header.encoding != Encoding::Ascii;
-        return Ok(RawCloud { reference, crs, float32, ..RawCloud::default() });
+        let ByClass { classes, left_out } = sorting.met;
+        return Ok(RawCloud { reference, crs, float32, classes, left_out, ..RawCloud::default() });
     }
     Err(input.malformed(Place::File, "the file has no `vertex` element"))
 }
@@ -288,6 +308,7 @@ fn stream_fixed(
     columns: &Columns,
     stride: usize,
     big: bool,
+    sorting: &mut Sorting,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     let offsets: Vec<usize> = element
@@ -308,11 +329,17 @@ fn stream_fixed(
         for (i, record) in bytes.chunks_exact(stride).enumerate() {
             let at = Place::Record(done + i as u64 + 1);
             let fail = |what| IoError::malformed(input.path, at, what);
-            columns.push(&mut batch, |i| scalars[i].value(&record[offsets[i]..], big), fail)?;
+            let value = |i: usize| scalars[i].value(&record[offsets[i]..], big);
+            if columns.leaves_out(value, sorting) {
+                continue;
+            }
+            columns.push(&mut batch, value, fail)?;
             number(&mut batch, done + i as u64);
             finite(input, &batch, at)?;
         }
-        sink(batch)?;
+        if !batch.is_empty() {
+            sink(batch)?;
+        }
         done += count;
     }
     Ok(())
@@ -324,6 +351,7 @@ fn stream_records(
     records: &mut Records,
     element: &Element,
     columns: &Columns,
+    sorting: &mut Sorting,
     sink: &mut dyn FnMut(RawCloud) -> Result<(), IoError>,
 ) -> Result<(), IoError> {
     let (mut values, mut list) = (vec![0.0; element.properties.len()], Vec::new());
@@ -335,6 +363,9 @@ fn stream_records(
         } else {
             Place::Record(i + 1)
         };
+        if columns.leaves_out(|i| values[i], sorting) {
+            continue;
+        }
         columns.push(&mut batch, |i| values[i], |what| IoError::malformed(input.path, at, what))?;
         number(&mut batch, i);
         finite(input, &batch, at)?;

@@ -19,9 +19,10 @@ enum Role {
     Label,
     Model,
     Confidence,
+    Class,
 }
 
-const ROLES: [(Role, &[&str]); 13] = [
+const ROLES: [(Role, &[&str]); 14] = [
     (Role::Latitude, &["lat", "latitude", "緯度"]),
     (Role::Longitude, &["lon", "lng", "long", "longitude", "経度"]),
     (
@@ -86,6 +87,7 @@ const ROLES: [(Role, &[&str]); 13] = [
     (Role::Label, &["label"]),
     (Role::Model, &["model"]),
     (Role::Confidence, &["confidence"]),
+    (Role::Class, &["classification"]),
 ];
 
 /// A name taken apart: what it says, and its unit.
@@ -134,6 +136,8 @@ pub struct Columns {
     pub minus_one: Option<u32>,
     pub model: Option<usize>,
     pub confidence: Option<usize>,
+    /// Class as LAS numbers them.
+    pub class: Option<usize>,
 }
 
 /// Why names give no columns.
@@ -155,6 +159,7 @@ impl Columns {
         minus_one: None,
         model: None,
         confidence: None,
+        class: None,
     };
 
     /// The same for a table in plan.
@@ -218,6 +223,7 @@ impl Columns {
             minus_one,
             model: find(Role::Model),
             confidence: find(Role::Confidence),
+            class: find(Role::Class),
         })
     }
 }

@@ -4,10 +4,11 @@
 mod columns;
 mod layout;
 
+use crate::crs::{self, FileCrs};
 use crate::input::Input;
 use crate::ply::{instance_number, label, not_a_label};
 use crate::raw_cloud::RawCloud;
-use crate::read_options::ReadOptions;
+use crate::read_options::{ByClass, ReadOptions};
 use crate::text_lines::TextLines;
 use crate::{IoError, Place};
 use columns::{Columns, Unusable};
@@ -41,18 +42,29 @@ pub fn stream_with(
     if !options.labels {
         (columns.instance, columns.model, columns.confidence) = (None, None, None);
     }
-    let mut meta = RawCloud { named_axes: columns.named_axes, ..RawCloud::default() };
+    let reference = of_head(&head);
+    let crs = reference.epsg();
+    let mut meta =
+        RawCloud { named_axes: columns.named_axes, reference, crs, ..RawCloud::default() };
     if let Some(encoding) = lines.unusual_encoding() {
         meta.notes.push(format!("the text was read as {encoding}"));
     }
     if columns.depth {
         meta.notes.push("depths, which count downwards, were turned into heights".into());
     }
-    let (mut batch, mut record) = (empty(&columns), 0_u32);
+    let (mut batch, mut record, mut met) = (empty(&columns), 0_u32, ByClass::default());
     while let Some((number, line)) = lines.next(input)? {
         let line = plain(&line);
         let text = line.trim();
         if number < form.data_from || text.is_empty() || comment(text).is_some() {
+            continue;
+        }
+        let class = columns.class.and_then(|i| {
+            let words = form.layout.split(text);
+            form.layout.number(words.get(i)?)
+        });
+        if class.is_some_and(|class| met.leaves_out(class, &options.leave_out)) {
+            record = record.saturating_add(1);
             continue;
         }
         push(input, &mut batch, &form.layout, &columns, text, Place::Line(number))?;
@@ -70,7 +82,18 @@ pub fn stream_with(
     if !batch.is_empty() {
         sink(batch)?;
     }
+    (meta.classes, meta.left_out) = (met.classes, met.left_out);
     Ok(meta)
+}
+
+/// What the comments of the first lines say of the coordinates.
+pub(crate) fn reference(input: &mut Input) -> Result<FileCrs, IoError> {
+    let mut lines = TextLines::new(input, LINE_LIMIT)?;
+    Ok(of_head(lines.look_ahead(input, LOOKED_AT)?))
+}
+
+fn of_head(head: &[(u64, String)]) -> FileCrs {
+    crs::of_comments(head.iter().filter_map(|(_, line)| comment(line.trim())))
 }
 
 /// What the first lines say of the rest.

@@ -310,3 +310,33 @@ fn pose_is_a_shift() {
         1
     );
 }
+
+/// Programs export classes as a column of other formats; noise in it was taken for surface.
+#[test]
+fn classes_in_columns_of_ply_pcd_and_text() {
+    let points = heap(12);
+    let row = |i: usize| {
+        format!(
+            "{} {} {} {}\n",
+            points[i].x,
+            points[i].y,
+            points[i].z,
+            if i % 3 == 2 { 7 } else { 1 }
+        )
+    };
+    let rows: String = (0..12).map(row).collect();
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 12\nproperty double x\nproperty double y\nproperty double z\nproperty float scalar_Classification\nend_header\n{rows}"
+    );
+    let pcd = format!(
+        "VERSION .7\nFIELDS x y z classification\nSIZE 8 8 8 1\nTYPE F F F U\nWIDTH 12\nHEIGHT 1\nPOINTS 12\nDATA ascii\n{rows}"
+    );
+    let text = format!("X Y Z Classification\n{rows}");
+    for (kind, bytes) in [("ply", ply), ("pcd", pcd), ("txt", text)] {
+        let (cloud, said) = read(kind, bytes.as_bytes()).unwrap();
+        assert_eq!(cloud.len(), 8, "{kind}");
+        assert_eq!(cloud.record.as_ref().unwrap(), &[0, 1, 3, 4, 6, 7, 9, 10], "{kind}");
+        assert_eq!((cloud.classes[&7], cloud.classes[&1]), (4, 8), "{kind}");
+        assert!(said.contains("4 of class 7 (noise)"), "{kind}: {said}");
+    }
+}

@@ -106,3 +106,36 @@ fn depths_counted_downwards_become_heights() {
     assert!((cloud.position[7].z + heap(50)[7].z).abs() < 1e-3);
     assert!(said.contains("depths"), "{said}");
 }
+
+/// PROJ strings name no code, often no datum; they were passed over.
+#[test]
+fn proj_strings_in_comments() {
+    let rows: String = heap(5).iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)).collect();
+    let said = |head: &str| {
+        refusals(&read("xyz", format!("# {head}\n{rows}").as_bytes()).unwrap().0.reference)
+    };
+    let tmerc = |lon: &str| {
+        format!("+proj=tmerc +lat_0={lon} +k=0.9999 +x_0=0 +y_0=0 +ellps=GRS80 +units=m +no_defs")
+    };
+    assert!(said(&tmerc("36 +lon_0=139.833333333333")).contains("6677"));
+    assert_eq!(said(&tmerc("44 +lon_0=140.25")), "");
+    assert!(said("+proj=longlat +datum=WGS84 +no_defs").contains("degrees"));
+    assert!(said("+proj=lcc +lat_0=36.5 +units=us-ft").contains("US survey foot"));
+    assert!(said("exported in EPSG:6677").contains("6677"));
+    // Two codes do not say which one the numbers are in.
+    assert_eq!(said("from EPSG:6677 to EPSG:6679"), "");
+}
+
+/// Formats without a place for a system have it beside them.
+#[test]
+fn prj_file_beside_a_cloud() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.xyz");
+    let rows: String = heap(5).iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)).collect();
+    std::fs::write(&path, rows).unwrap();
+    assert!(io::points::reference(&path).unwrap().is_unstated());
+    std::fs::write(path.with_extension("prj"), crs::wkt_of_epsg(6677).unwrap()).unwrap();
+    assert_eq!(io::points::reference(&path).unwrap().horizontal, Some(6677));
+    let cloud = io::points::read(&path, &geom::Silent).unwrap();
+    assert_eq!(cloud.crs.as_deref(), Some("EPSG:6677"));
+}

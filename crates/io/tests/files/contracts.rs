@@ -3,10 +3,10 @@
 use geom::Pose;
 use io::blocks_csv::{self, BlockRow};
 use io::manifest::{self, Difference, Manifest};
-use io::placements_csv::{self, PlacementRow};
+use io::placements_csv::{self, HandlingRow, PlacementRow};
 use io::{Input, SitePose};
 use proptest::prelude::*;
-use scene::{PlacementState, SiteFrame};
+use scene::{PatternNode, PlacementState, SiteFrame};
 use std::fs;
 use std::path::Path;
 
@@ -43,6 +43,11 @@ proptest! {
     fn placements_come_back(rows in prop::collection::vec((a_pose(), a_pose(), 0..5_usize, -1.0..5.0_f64), 0..20)) {
         let states = [PlacementState::Kept, PlacementState::Overflow, PlacementState::Unsettled, PlacementState::Outside, PlacementState::Unstable];
         let rows: Vec<_> = rows.into_iter().enumerate().map(|(i, (drop, rest, state, filled_m3))| PlacementRow {
+            handling: match i % 3 {
+                0 => HandlingRow { node: Some(PatternNode { layer: 1, row: -2, column: 13 }), ..Default::default() },
+                1 => HandlingRow { reset: Some((7, drop)), path: vec![rest, drop], ..Default::default() },
+                _ => HandlingRow::default(),
+            },
             order: i as u32 + 1, round: 1, model: "tetrapod-2m".into(), drop, rest, filled_m3, contacts: 3, state: states[state],
         }).collect();
         let text = placements_csv::text(&rows);

@@ -112,6 +112,7 @@ pub fn sample() -> Sample {
             filled_m3: 1.25,
             contacts: 3,
             state: if i == 3 { PlacementState::Overflow } else { PlacementState::Kept },
+            handling: scene::Handling::default(),
         })
         .collect();
     let line = |surface: &str, z: f64| SectionLine {

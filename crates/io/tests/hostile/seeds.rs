@@ -49,6 +49,9 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("manifest.json", MANIFEST.into()),
         ("xyz", text_cloud().encode_utf16().flat_map(u16::to_le_bytes).collect()),
         ("xyz", JAPANESE.replace('\n', "\r").into()),
+        ("xyz", PROJ.into()),
+        ("ply", classed_ply().into_bytes()),
+        ("xml", utf_16_design()),
         ("dxf", DRAWING.into()),
         ("alignment.xml", ALIGNMENT.into()),
         ("alignment.dxf", DRAWING.into()),
@@ -99,6 +102,20 @@ fn ascii_ply() -> String {
         text += &format!("{} {} {} {}\n", i as f32 * 0.25, i % 9, 3 - i % 4, i % 5);
     }
     text
+}
+
+fn classed_ply() -> String {
+    let rows: String =
+        (0..60).map(|i| format!("{} {} {} {}\n", i % 8, i / 8, i % 3, i % 5 + 5)).collect();
+    format!(
+        "ply\nformat ascii 1.0\ncomment proj4 +proj=utm +zone=54 +ellps=GRS80 +units=m\nelement vertex 60\nproperty double x\nproperty double y\nproperty double z\nproperty float scalar_Classification\nend_header\n{rows}"
+    )
+}
+
+fn utf_16_design() -> Vec<u8> {
+    let text = io::landxml::text("a", "EPSG:6679", &[sample::surface("design")])
+        .replace("UTF-8", "UTF-16");
+    std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect()
 }
 
 fn big_endian_ply() -> Vec<u8> {
@@ -173,6 +190,7 @@ const SITE: &str = "name = \"a\"\ncrs = \"EPSG:6679\"\nseed = 7\n[[survey]]\nfil
 const CATALOG: &str = "[[block]]\nname = \"tetrapod-2m\"\nshape = { kind = \"tetrapod\", size = 2.0 }\ndensity_kg_m3 = 2300.0\n\n[[block]]\nname = \"own\"\nmesh = \"own.stl\"\nunit = \"mm\"\n";
 const REVIEW: &str = "{\n\"format\": 1,\n\"reviewer\": \"Sato\",\n\"blocks\": [{\"block_id\": 3, \"verdict\": \"rejected\", \"model\": \"tetrapod\", \"x_m\": -62000.5, \"y_m\": 1.0, \"z_m\": 2, \"qw\": 1, \"qx\": 0, \"qy\": 0, \"qz\": 0, \"fitness_m\": 0.02, \"occlusion\": 0.4, \"note\": \"seen\"}]\n}\n";
 const MANIFEST: &str = "{\n\"format\": 1,\n\"version\": \"0.1.0\",\n\"seed\": 7,\n\"config\": {\"plan\": {\"policy\": \"search\", \"v\": [1.5, null]}},\n\"notes\": {\"weights\": \"shipped\"},\n\"inputs\": {\"site.toml\": {\"bytes\": 12, \"blake3\": \"00\"}},\n\"outputs\": {\"plan/placements.csv\": {\"bytes\": 3, \"blake3\": \"ff\"}}\n}\n";
+const PROJ: &str = "# +proj=tmerc +lat_0=36 +lon_0=139.833333333333 +k=0.9999 +x_0=0 +y_0=0 +ellps=GRS80 +to_meter=1200/3937 +vunits=ft\n# PROJCS[\"a\",UNIT[\"metre\",1]]\nx y z classification\n1.5 2 3 1\n2.5 2 3 7\n2.5 3 3 1\n";
 const JAPANESE: &str = "\u{70b9}\u{540d};\u{5317};\u{6771};\u{6a19}\u{9ad8}\nP1;-98760,5;41250,25;3,4\nP2;-98761,5;41251,25;2,4\nP3;-98762,5;41250,5;3,125\n";
 const ALIGNMENT: &str = "<LandXML><Units><Metric linearUnit=\"meter\"/></Units><CoordinateSystem epsgCode=\"6679\"/><Alignments><Alignment name=\"CL\"><CoordGeom><Line><Start>0 0</Start><End>0 10</End></Line><Curve rot=\"ccw\"><Start>0 10</Start><Center>10 10</Center><End>10 20</End></Curve></CoordGeom></Alignment></Alignments></LandXML>";
 const DRAWING: &str = "0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n0\nLAYER\n2\nFG\n70\n0\n62\n3\n0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nB\n10\n0\n20\n0\n30\n0\n0\n3DFACE\n8\n0\n10\n0\n20\n0\n30\n1\n11\n4\n21\n0\n31\n1\n12\n0\n22\n4\n32\n1\n13\n0\n23\n4\n33\n1\n0\nENDBLK\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nINSERT\n8\nFG\n2\nB\n10\n1\n20\n2\n30\n3\n41\n2\n50\n30\n70\n3\n71\n2\n44\n5\n45\n5\n0\nPOLYLINE\n8\nFG\n66\n1\n70\n16\n71\n2\n72\n2\n0\nVERTEX\n8\nFG\n10\n0\n20\n0\n30\n4\n70\n64\n0\nVERTEX\n8\nFG\n10\n1\n20\n0\n30\n4\n70\n64\n0\nVERTEX\n8\nFG\n10\n0\n20\n1\n30\n4\n70\n64\n0\nVERTEX\n8\nFG\n10\n1\n20\n1\n30\n4\n70\n64\n0\nSEQEND\n0\nMESH\n8\nFG\n91\n0\n92\n3\n10\n0\n20\n0\n30\n4\n10\n1\n20\n0\n30\n4\n10\n1\n20\n1\n30\n4\n93\n4\n90\n3\n90\n0\n90\n1\n90\n2\n94\n0\n0\nLWPOLYLINE\n8\nCL\n90\n2\n70\n0\n10\n0\n20\n0\n42\n0.5\n10\n9\n20\n0\n0\nENDSEC\n0\nEOF\n";

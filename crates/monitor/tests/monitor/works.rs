@@ -15,6 +15,7 @@ fn placement(order: u32, rest: Pose) -> Placement {
         filled_m3: 1.0,
         contacts: 3,
         state: PlacementState::Kept,
+        handling: scene::Handling::default(),
     }
 }
 

@@ -23,57 +23,75 @@ fn read(file: &str) -> Vec<Row> {
 
 /// A condition counts for as many blocks at most, so that no rich one drowns the others.
 const MOST_OF_A_CONDITION: f64 = 25.0;
-/// Sizes that the common size decides.
-const NEARLY: [&str; 4] = ["size-0.94/", "size-0.96/", "size-1.04/", "size-1.06/"];
-/// Pull of every weight towards 0.
-const RIDGE: f64 = 0.2;
+/// Blocks of another size than the catalogue's: all of them together tell that, not the features of one.
+const OF_ANOTHER_SIZE: &str = "size-";
+/// Pull of every weight towards 0, for a feature of unit spread: a feature that moves little needs a large weight to say as much.
+const RIDGE: f64 = 4.0;
+/// Least spread of a feature: one that hardly ever moves is not believed at any price.
+const LEAST_SPREAD: f64 = 0.02;
 /// Features that can only speak for a block (+) or against it (−); their weights keep that sign.
 const SIGNS: [f64; NAMES.len()] = [
     0.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, -1.0,
     1.0, 1.0, -1.0, -1.0,
 ];
 
-/// The fitted file; how good it is goes to the standard error.
-pub fn fit(fitted: &str, checked: &str) -> String {
-    let mut rows = read(fitted);
-    // Blocks a few per cent too large or small are right in all but their size, which all of them together tell.
-    rows.retain(|row| !NEARLY.iter().any(|size| row.condition.starts_with(size)));
-    let mut of_condition: BTreeMap<&str, f64> = BTreeMap::new();
-    for row in &rows {
-        *of_condition.entry(&row.condition).or_default() += 1.0;
-    }
-    let count = |row: &Row| (MOST_OF_A_CONDITION / of_condition[row.condition.as_str()]).min(1.0);
-    let counts: Vec<f64> = rows.iter().map(count).collect();
-    let w = weights(&rows, &counts);
+/// The fitted file, fitted to both files. Each is also predicted from the other alone: how well goes to the standard error.
+pub fn fit(first: &str, second: &str) -> String {
+    let [first_rows, second_rows] = [first, second].map(|file| {
+        let mut rows = read(file);
+        rows.retain(|row| !row.condition.starts_with(OF_ANOTHER_SIZE));
+        rows
+    });
+    tell(second, &second_rows, &weights(&first_rows));
+    tell(first, &first_rows, &weights(&second_rows));
+    let rows: Vec<Row> = first_rows.into_iter().chain(second_rows).collect();
+    let of_condition = of_condition(&rows);
     let right = rows.iter().filter(|r| r.right).count();
     let mut file = format!(
         "# Weights of the pose stage's confidence, made by `cargo xtask fit pose-confidence`: a feature and its weight a line.\n\
-         # Fitted to {} blocks of {} conditions, {right} of them right ({}).\n",
+         # Fitted to {} blocks of {} conditions, {right} of them right ({} and {}).\n",
         rows.len(),
         of_condition.len(),
-        name(fitted)
+        name(first),
+        name(second)
     );
-    for (name, w) in NAMES.iter().zip(&w) {
+    for (name, w) in NAMES.iter().zip(&weights(&rows)) {
         file += &format!("{name} {w:.3}\n");
     }
-    for (title, rows) in [("fitted to", &rows), ("checked on", &read(checked))] {
-        eprintln!("{title} {} blocks", rows.len());
-        for (low, high) in [(0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.99), (0.99, 1.01)] {
-            let inside: Vec<&Row> =
-                rows.iter().filter(|r| (low..high).contains(&probability(&w, &r.x))).collect();
-            let right = inside.iter().filter(|r| r.right).count();
-            eprintln!("{low:.2} to {:.2}: {right} of {} right", f64::min(high, 1.0), inside.len());
-        }
-        let mut wrong: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
-        for row in rows.iter() {
-            let p = probability(&w, &row.x);
-            let kind = wrong.entry(row.condition.split('/').next().unwrap_or("")).or_default();
-            kind.0 += u32::from(!row.right && p >= 0.7);
-            kind.1 += u32::from(row.right && p < 0.7);
-        }
-        eprintln!("stated wrong, right and not stated: {wrong:?}");
-    }
     file
+}
+
+/// How well rows are predicted by weights that were fitted to others.
+fn tell(file: &str, rows: &[Row], w: &[f64]) {
+    eprintln!("{}: {} blocks, predicted from the other file", name(file), rows.len());
+    for (low, high) in [(0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.99), (0.99, 1.01)] {
+        let inside: Vec<&Row> =
+            rows.iter().filter(|r| (low..high).contains(&probability(w, &r.x))).collect();
+        let right = inside.iter().filter(|r| r.right).count();
+        eprintln!("{low:.2} to {:.2}: {right} of {} right", f64::min(high, 1.0), inside.len());
+    }
+    let mut wrong: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
+    for row in rows {
+        let p = probability(w, &row.x);
+        let kind = wrong.entry(row.condition.split('/').next().unwrap_or("")).or_default();
+        kind.0 += u32::from(!row.right && p >= 0.7);
+        kind.1 += u32::from(row.right && p < 0.7);
+    }
+    eprintln!("stated wrong, right and not stated: {wrong:?}");
+}
+
+/// Rows of every condition.
+fn of_condition(rows: &[Row]) -> BTreeMap<&str, f64> {
+    let mut of_condition: BTreeMap<&str, f64> = BTreeMap::new();
+    for row in rows {
+        *of_condition.entry(condition(row)).or_default() += 1.0;
+    }
+    of_condition
+}
+
+/// What a row counts with: surveys `…~1`, `…~2` and so on of a condition count together.
+fn condition(row: &Row) -> &str {
+    row.condition.split('~').next().unwrap_or(&row.condition)
 }
 
 fn name(file: &str) -> &str {
@@ -89,19 +107,27 @@ fn probability(w: &[f64], x: &[f64]) -> f64 {
 const ROUNDS: usize = 3000;
 
 /// Logistic regression, one weight after the other by Newton's step, each kept on the side its feature speaks for.
-fn weights(rows: &[Row], counts: &[f64]) -> Vec<f64> {
+fn weights(rows: &[Row]) -> Vec<f64> {
     let n = NAMES.len();
+    let of_condition = of_condition(rows);
+    let count = |row: &Row| (MOST_OF_A_CONDITION / of_condition[condition(row)]).min(1.0);
+    let counts: Vec<f64> = rows.iter().map(count).collect();
     // About their means features hardly move the constant.
     let total: f64 = counts.iter().sum();
-    let mean = |i: usize| rows.iter().zip(counts).map(|(r, c)| c * r.x[i]).sum::<f64>() / total;
+    let mean = |i: usize| rows.iter().zip(&counts).map(|(r, c)| c * r.x[i]).sum::<f64>() / total;
     let means: Vec<f64> = (0..n).map(|i| if i == 0 { 0.0 } else { mean(i) }).collect();
+    let spread = |i: usize| {
+        let square = |(r, c): (&Row, &f64)| c * (r.x[i] - means[i]).powi(2);
+        (rows.iter().zip(&counts).map(square).sum::<f64>() / total).max(LEAST_SPREAD.powi(2))
+    };
+    let ridges: Vec<f64> = (0..n).map(|i| if i == 0 { 1e-3 } else { RIDGE * spread(i) }).collect();
     let mut w = vec![0.0; n];
     let mut z = vec![0.0; rows.len()];
     for _ in 0..ROUNDS {
         for i in 0..n {
-            let ridge = if i == 0 { 1e-3 } else { RIDGE };
+            let ridge = ridges[i];
             let (mut slope, mut curve) = (-ridge * w[i], ridge);
-            for ((row, c), z) in rows.iter().zip(counts).zip(&z) {
+            for ((row, c), z) in rows.iter().zip(&counts).zip(&z) {
                 let p = 1.0 / (1.0 + f64::exp(-z));
                 let x = row.x[i] - means[i];
                 slope += c * (f64::from(u8::from(row.right)) - p) * x;

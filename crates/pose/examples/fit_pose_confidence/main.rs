@@ -1,15 +1,16 @@
 //! Makes the scenes the confidence is fitted to, and fits it.
 //!
 //! `cargo run --release -p pose --example fit_pose_confidence -- collect SEED REPEATS FEATURES.csv`
-//! `cargo run --release -p pose --example fit_pose_confidence -- fit FEATURES.csv CHECKED.csv crates/pose/fitted/confidence.txt`
+//! `cargo run --release -p pose --example fit_pose_confidence -- fit FEATURES.csv OTHERS.csv crates/pose/fitted/confidence.txt`
 //!
 //! `cargo xtask fit pose-confidence` runs both.
 //!
 //! `collect` piles blocks of several shapes in heaps, towers and rows on several grounds, lets several sensors measure
-//! them, and recognises them with their own catalogue and with wrong ones (other sizes, other shapes); and it makes land,
-//! stones, steps, stairs and plants that hold no block at all. Every accepted block becomes a row, right or wrong. What a
-//! file already holds is not made again, so that an interrupted collection goes on with the same command. `fit` fits the
-//! first file and tells on the standard error how well the second, which must be of another seed, is predicted.
+//! them, and recognises them with their own catalogue and with wrong ones (other sizes, other shapes); it cuts pieces out of
+//! surveys by drone of blocks that are not quite their model; and it makes land, stones, steps, stairs and plants that hold
+//! no block at all. Every accepted block becomes a row, right or wrong. What a
+//! file already holds is not made again, so that an interrupted collection goes on with the same command. `fit` fits two
+//! files of different seeds together, and tells on the standard error how well each is predicted from the other.
 
 mod logistic;
 mod nature;
@@ -33,12 +34,12 @@ fn main() {
             let number = |s: &str| s.parse().expect("SEED and REPEATS are numbers");
             collect(number(seed), number(repeats), &mut Features::open(Path::new(out)));
         }
-        ["fit", fitted, checked, out] => {
-            std::fs::write(out, logistic::fit(fitted, checked)).expect("OUT can be written");
+        ["fit", first, second, out] => {
+            std::fs::write(out, logistic::fit(first, second)).expect("OUT can be written");
         }
         _ => {
             eprintln!(
-                "usage: fit_pose_confidence collect SEED REPEATS FEATURES | fit FEATURES CHECKED OUT"
+                "usage: fit_pose_confidence collect SEED REPEATS FEATURES | fit FEATURES OTHERS OUT"
             );
             std::process::exit(2);
         }
@@ -89,18 +90,31 @@ fn collect(seed: u64, repeats: u64, out: &mut Features) {
                 let n = step * 3 + s * 2 + repeat as usize * 11;
                 let (setting, recipe) = piles::setting(name, n);
                 let condition = format!("{setting}/{repeat}");
-                if out.has(&condition) {
+                let seed = seed.child(name, step as u64);
+                let (kind, wrong) = wrong_catalogue(own, s, step, seed);
+                let wrongly = format!("{kind}/{condition}");
+                if out.has(&condition) && out.has(&wrongly) {
                     continue;
                 }
-                let seed = seed.child(name, step as u64);
-                let mut found = String::new();
-                if let Some(made) = piles::pile(own, &recipe, seed) {
-                    found += &rows(&condition, &made.survey, own, Some(&made));
-                    let wrong = wrong_catalogue(own, s, step, seed);
-                    found +=
-                        &rows(&format!("{}/{condition}", wrong.0), &made.survey, &wrong.1, None);
+                let made = piles::pile(own, &recipe, seed);
+                let of = |condition: &str, catalog: &Catalog, truth: bool| {
+                    let rows =
+                        |m: &SynthScene| rows(condition, &m.survey, catalog, truth.then_some(m));
+                    made.as_ref().map_or(String::new(), rows)
+                };
+                for (condition, catalog, truth) in
+                    [(&condition, own, true), (&wrongly, &wrong, false)]
+                {
+                    if !out.has(condition) {
+                        out.add(condition, &of(condition, catalog, truth));
+                    }
                 }
-                out.add(&condition, &found);
+            }
+            if step < MORE_STAIRS {
+                more_stairs(step, repeat, seed, out);
+            }
+            if step < CUTS {
+                cuts(step, repeat, seed, out);
             }
             let kind = step % nature::KINDS.len();
             let name = nature::KINDS[kind];
@@ -113,6 +127,44 @@ fn collect(seed: u64, repeats: u64, out: &mut Features) {
                 }
             }
         }
+    }
+}
+
+/// Cuts of a repeat for each shape.
+const CUTS: usize = 2;
+/// Stairs and steps more for blocks of flat faces.
+const MORE_STAIRS: usize = 4;
+
+/// Surfaces of flat faces that are no blocks, which blocks of flat faces fit best: other steps and stairs.
+fn more_stairs(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
+    for (shape, own) in piles::shapes().iter().filter(|(name, _)| piles::is_set_in_rows(name)) {
+        for (kind, name) in nature::KINDS.iter().enumerate().filter(|k| k.1.starts_with("st")) {
+            let condition = format!("{name}/{shape}/{repeat}~{step}");
+            if *name != "stones" && !out.has(&condition) {
+                let seed = seed.child(name, 1 + step as u64).child(shape, 0);
+                let survey = nature::nature(kind, own, seed);
+                out.add(&condition, &rows(&condition, &survey, own, None));
+            }
+        }
+    }
+}
+
+/// Rows of pieces cut out of surveys of blocks that are not quite their model, the sensor's places unknown.
+fn cuts(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
+    for (s, (shape, own)) in piles::shapes().iter().enumerate() {
+        let (setting, recipe, size) = piles::cut(shape, step * 5 + s + repeat as usize * 3);
+        let condition = format!("{setting}/{repeat}");
+        if out.has(&condition) {
+            continue;
+        }
+        let (_, model) = own.iter().next().expect("one block");
+        let built = Catalog::new(vec![model.scaled(size)]);
+        let mut found = String::new();
+        if let Some(mut made) = piles::pile(&built, &recipe, seed.child(shape, 100 + step as u64)) {
+            made.survey.sensor_positions.clear();
+            found += &rows(&condition, &made.survey, own, Some(&made));
+        }
+        out.add(&condition, &found);
     }
 }
 
@@ -137,10 +189,10 @@ fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&Synt
     let n = survey.cloud.len();
     let nothing =
         Segmentation { instance: vec![0; n], confidence: vec![0.0; n], ..Default::default() };
-    let seed = SeedTree::new(0);
-    let found = pose::recognise_with_features(survey, &nothing, catalog, &config, seed, &Silent);
-    let found = match found {
-        Ok(found) => found,
+    let found = match pose::recognise_pile(survey, &nothing, catalog, &config, &Silent) {
+        // All blocks together tell the wrong size, and none is stated.
+        Ok(found) if found.pile.wrong_size() => return String::new(),
+        Ok(found) => found.blocks,
         Err(e) => {
             eprintln!("{condition}: {e}");
             return String::new();

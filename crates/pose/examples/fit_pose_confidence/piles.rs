@@ -95,6 +95,25 @@ pub fn setting(shape: &str, n: usize) -> (String, Recipe) {
     (format!("{shape}/{sensor}/{ground}/{laying}"), recipe)
 }
 
+/// Blocks are never quite what the catalogue says; sizes over the catalogue's.
+const BUILT: [f32; 4] = [0.985, 1.012, 0.992, 1.018];
+/// Which part of both sides a cut leaves.
+const CUTS: [f32; 3] = [0.45, 0.6, 0.75];
+
+/// The `n`-th piece cut out of a survey by drone of blocks that are not quite their model: name, recipe, and the blocks' size
+/// over the catalogue's.
+pub fn cut(shape: &str, n: usize) -> (String, Recipe, f32) {
+    let (size, crop, (ground, under)) =
+        (BUILT[n % BUILT.len()], CUTS[n % CUTS.len()], GROUNDS[n % GROUNDS.len()]);
+    let density = [300, 1500, 700][(n + n / CUTS.len()) % 3];
+    let text = format!(
+        "name = \"fit\"\ncount = [12, 16]\ndensity_per_m2 = {density}\nsite = {{ kind = \"pen\", side_blocks = 3.2 }}\n\
+         {under}\n[sensor]\nkind = \"uav\"\n[delivery]\ncrop = {crop}"
+    );
+    let recipe = Recipe::parse(&text).unwrap_or_else(|e| panic!("{e} in\n{text}"));
+    (format!("{shape}/cut-{crop}/built-{size}/{ground}"), recipe, size)
+}
+
 pub fn pile(catalog: &Catalog, recipe: &Recipe, seed: SeedTree) -> Option<SynthScene> {
     synth::scene(recipe, catalog, seed).map_err(|e| eprintln!("{e}")).ok()
 }

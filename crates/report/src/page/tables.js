@@ -33,7 +33,7 @@ export function tables(data, selection, review) {
   const rounds = [...Array(data.rounds).keys()].map(r => ({ head: { en: `round ${r + 1}`, ja: `${r + 1} 回目` }, keep: b => b.round === r + 1 }));
   const placing = [{ head: { en: "order", ja: "順序" }, value: b => b.order, wide: 64 }, { head: { en: "round", ja: "回" }, value: b => b.round, wide: 60 }, type, ...place,
     { head: { en: "let go at", ja: "投下高" }, unit: "m", digits: 2, value: b => b.drop_m + data.origin[2] }, { head: { en: "fills", ja: "充填量" }, unit: "m³", digits: 2, value: b => b.filled_m3 },
-    { head: { en: "contacts", ja: "接触数" }, value: b => b.contacts }];
+    { head: { en: "contacts", ja: "接触数" }, value: b => b.contacts }, { head: { en: "handling", ja: "据付方法" }, value: b => b.handling || "", text: true, wide: 120, hidden: !data.added.some(b => b.handling) }];
   made.push(tableAt("placements-table", {
     name: "placements", rows: data.added, selection, of: b => b.number,
     columns: [...placing, { head: { en: "mass", ja: "質量" }, unit: "t", digits: 2, value: b => data.models[b.model].mass_t, hidden: true }, { head: { en: "review", ja: "確認" }, value: b => review.word(b), text: true }],

@@ -8,7 +8,7 @@ use crate::lights::lights;
 use crate::text::grouped;
 use crate::types_table::digits;
 use crate::{Light, LightState, ReportInput, Text};
-use scene::PlacementState;
+use scene::{Placement, PlacementState};
 
 /// Summary.
 pub(super) fn sheet<'a>(input: &'a ReportInput<'a>) -> Sheet<'a> {
@@ -104,7 +104,8 @@ fn figures(input: &ReportInput) -> Vec<(String, String)> {
 fn types(input: &ReportInput) -> Vec<(String, String)> {
     let row = |(id, m): (scene::ModelId, &scene::BlockModel)| {
         let found = scene::stated(input.recognised).filter(|(_, f)| f.model == id).count();
-        let added = input.plan.map_or(0, |p| p.placements.iter().filter(|p| p.model == id).count());
+        let of_it = |p: &&Placement| p.model == id && p.is_new();
+        let added = input.plan.map_or(0, |p| p.placements.iter().filter(of_it).count());
         let size =
             format!("{} ({} m³, {} t)", m.name, digits(m.volume_m3), digits(m.mass_kg() / 1000.0));
         (size, format!("認識 found {found}   据付 to place {added}"))

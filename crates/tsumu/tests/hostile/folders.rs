@@ -165,8 +165,7 @@ fn reads_a_site(site_folder: &Path, depth: Depth) -> tsumu::Result<()> {
     let job = Job::silent();
     let settings =
         Settings { plans: Some(0), memory: Some("2GB".parse().unwrap()), ..Settings::default() };
-    tsumu::check_first(site_folder, &job)?;
-    let site = Site::load_with(site_folder, &settings, &job)?;
+    let site = Site::load_checked(site_folder, &settings, &job)?;
     match depth {
         Depth::Read => Ok(()),
         Depth::Recognise => site.recognise(&RecogniseOptions::default(), &job).map(drop),

@@ -1,6 +1,7 @@
 //! Hostile folders: a site and a run of it, one file damaged at a time, through everything that reads them. A named error or a
 //! result; never a panic. `TSUMU_MUTANTS=20000` for hours of it.
 
+mod before;
 #[path = "../../../io/tests/hostile/damage.rs"]
 mod damage;
 mod folders;
