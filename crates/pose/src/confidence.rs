@@ -119,7 +119,7 @@ impl Features {
             self.hollow.min(0.3),
             self.scale.clamp(0.02, 0.1),
             self.around.min(0.6),
-            self.explained.min(0.3),
+            self.explained.min(0.15),
             f32::from(u8::from(self.in_a_plane)),
             (self.goes_on - EDGE_FREE).clamp(0.0, 0.05),
         ]

@@ -191,10 +191,14 @@ impl<'a> Context<'a> {
         beside as f32 > GOES_ON * own.len() as f32
     }
 
-    /// How many points of surface go on beyond the block's edges and are no other block's, over its own `count`.
+    /// How many points of surface go on beyond the block's edges and are no other block's, over its own `count`; 0 for a block
+    /// that is not made of a few flat faces, whose edges may be its own steps.
     fn goes_on(&self, entry: usize, count: usize, config: &EvidenceConfig) -> f32 {
         let block = &self.blocks[entry];
         let template = &self.templates[block.template];
+        if !template.flat_faces {
+            return 0.0;
+        }
         let reach = reach_m(self.measured, template, config);
         let open = |i: u32| {
             let of = self.shells.explained[i as usize];

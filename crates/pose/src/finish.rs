@@ -196,16 +196,16 @@ pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &Evidenc
     }
 }
 
-/// Blocks of a significantly wrong size are this sure at most.
-const WRONG_SIZE_CONFIDENCE: f32 = 0.4;
+/// Blocks of a significantly wrong size, or mirrored, are this sure at most.
+const WRONG_SHAPE_CONFIDENCE: f32 = 0.4;
 
-/// Decides which statements stand; none does where the size is wrong.
+/// Decides which statements stand; none does where size or hand is wrong.
 pub fn state(
     statements: &mut [(Recognised, Option<Features>)],
-    wrong_size: bool,
+    wrong_shape: bool,
     config: &EvidenceConfig,
 ) {
-    let most = if wrong_size { WRONG_SIZE_CONFIDENCE } else { 1.0 };
+    let most = if wrong_shape { WRONG_SHAPE_CONFIDENCE } else { 1.0 };
     for (block, _) in statements {
         let Some(mut fit) = block.fit().cloned() else { continue };
         let confidence = fit.confidence.unwrap_or(0.0).min(most);

@@ -7,6 +7,7 @@ use crate::evidence::reach_m;
 use crate::features::Context;
 use crate::finish::{self, statement};
 use crate::ground::Ground;
+use crate::handed::mirrored;
 use crate::hypotheses::Found;
 use crate::limbs::{Limb, judge_limbs};
 use crate::pile_facts::PileFacts;
@@ -72,16 +73,21 @@ impl Prepared<'_> {
         finish::judge(&mut blocks, config);
         // Of the blocks that are likely to be some: junk has any size.
         let confidence = |entry: usize| blocks[entry].0.fit().and_then(|f| f.confidence);
-        let own_size = || context.size_of(|entry| confidence(entry).is_some_and(|c| c >= LIKELY));
+        let likely = |entry: usize| confidence(entry).is_some_and(|c| c >= LIKELY);
+        let own_size = || context.size_of(likely);
         let size = self.facts.map_or_else(own_size, |facts| facts.size);
-        finish::state(&mut blocks, size.as_ref().is_some_and(is_wrong), config);
+        let own_hand = || mirrored(&found.blocks, &found.points, likely, templates, measured);
+        let mirrored = self.facts.map_or_else(own_hand, |facts| facts.mirrored);
+        let none = mirrored || size.as_ref().is_some_and(is_wrong);
+        finish::state(&mut blocks, none, config);
         let (explained, standing) =
             context.explained_where(|entry| blocks[entry].0.is_stated(), owns);
-        let facts = self.facts_of(found, context.of_the_pile(), size);
+        let facts = self.facts_of(found, context.of_the_pile(), size, mirrored);
         let pile = PileVerdict {
             explained: explained as f32 / (standing as f32).max(1.0),
             stated: blocks.iter().filter(|f| f.0.is_stated()).count(),
             size,
+            mirrored,
             not_a_block: 0,
             viewpoint: measured.viewpoint.clone(),
         };
@@ -100,6 +106,7 @@ impl Prepared<'_> {
         found: &Found,
         (typical_m, explained): (f32, f32),
         size: Option<CommonSize>,
+        mirrored: bool,
     ) -> PileFacts {
         let (measured, any) = (&self.measured, !found.blocks.is_empty());
         self.facts.cloned().unwrap_or_else(|| PileFacts {
@@ -112,6 +119,7 @@ impl Prepared<'_> {
             typical_m: any.then_some(typical_m),
             explained: any.then_some(explained),
             size,
+            mirrored,
         })
     }
 

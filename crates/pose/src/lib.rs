@@ -22,6 +22,7 @@ mod features;
 mod finish;
 mod fit;
 mod ground;
+mod handed;
 mod hypotheses;
 mod judge;
 mod leftovers;

@@ -35,6 +35,9 @@ pub struct PileFacts {
     pub explained: Option<f32>,
     /// The size that fits the blocks best over the catalogue's; `None` where too few blocks tell.
     pub size: Option<CommonSize>,
+    /// Whether the blocks fit the mirror image of the catalogue's better.
+    #[serde(default)]
+    pub mirrored: bool,
 }
 
 /// How far survey lines are off what all of them measured.

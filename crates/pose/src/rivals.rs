@@ -29,12 +29,7 @@ pub fn forced(
     measured: &Measured,
     (shift_m, turn_rad): (f32, f32),
 ) -> Vec<CentredPose> {
-    let stride = own.len().div_ceil(POINTS).max(1);
-    let points: Vec<FitPoint> =
-        own.iter().step_by(stride).map(|&i| measured.fit_point(i)).collect();
-    if points.len() < crate::search::FEWEST_POINTS {
-        return Vec::new();
-    }
+    let Some(points) = some_points(measured, own) else { return Vec::new() };
     let model = template.fit_model();
     let d = template.model.d_max_m;
     let fine = (2.5 * measured.noise_sd_m).max(0.03 * d);
@@ -55,6 +50,14 @@ pub fn forced(
         }
     }
     kept
+}
+
+/// An even part of a block's own working points; `None` where they are too few to fit a pose to.
+pub fn some_points(measured: &Measured, own: &[u32]) -> Option<Vec<FitPoint>> {
+    let stride = own.len().div_ceil(POINTS).max(1);
+    let points: Vec<FitPoint> =
+        own.iter().step_by(stride).map(|&i| measured.fit_point(i)).collect();
+    (points.len() >= crate::search::FEWEST_POINTS).then_some(points)
 }
 
 fn starts(

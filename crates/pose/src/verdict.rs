@@ -14,6 +14,8 @@ pub struct PileVerdict {
     pub stated: usize,
     /// The size that fits the blocks best over the catalogue's; `None` where too few blocks tell.
     pub size: Option<CommonSize>,
+    /// Whether the blocks fit the mirror image of the catalogue's better.
+    pub mirrored: bool,
     /// Segments and places that bed, walls or stones explain better: nothing a person need look at.
     pub not_a_block: usize,
     /// From where the survey was taken to be measured; `None` when sensor positions are known.
@@ -37,6 +39,11 @@ impl PileVerdict {
     /// What a person must be told before believing a block, a sentence each; nothing when all is as it should be.
     pub fn warnings(&self) -> Vec<String> {
         let mut told = Vec::new();
+        if self.mirrored {
+            told.push(
+                "the blocks fit the mirror image of the catalogue's: none is stated, check the axes of mesh and survey".into(),
+            );
+        }
         if let Some(size) = self.size.filter(is_wrong) {
             told.push(format!(
                 "the blocks fit {:.1} ± {:.1} % of the catalogue's size: none is stated, check size and unit",

@@ -7,8 +7,8 @@
 //!
 //! `collect` piles blocks of several shapes in heaps, towers and rows on several grounds, lets several sensors measure
 //! them, and recognises them with their own catalogue and with wrong ones (other sizes, other shapes); it cuts pieces out of
-//! surveys by drone of blocks that are not quite their model; and it makes land, stones, steps, stairs and plants that hold
-//! no block at all. Every accepted block becomes a row, right or wrong. What a
+//! surveys by drone of blocks that are not quite their model, lets a depth camera see parts in bins, and makes land, stones,
+//! steps, stairs and plants that hold no block at all. Every accepted block becomes a row, right or wrong. What a
 //! file already holds is not made again, so that an interrupted collection goes on with the same command. `fit` fits two
 //! files of different seeds together, and tells on the standard error how well each is predicted from the other.
 
@@ -110,6 +110,9 @@ fn collect(seed: u64, repeats: u64, out: &mut Features) {
                     }
                 }
             }
+            if step < BINS {
+                bins(step, repeat, seed, out);
+            }
             if step < MORE_STAIRS {
                 more_stairs(step, repeat, seed, out);
             }
@@ -130,6 +133,8 @@ fn collect(seed: u64, repeats: u64, out: &mut Features) {
     }
 }
 
+/// Bins of a repeat for each part.
+const BINS: usize = 2;
 /// Cuts of a repeat for each shape.
 const CUTS: usize = 2;
 /// Stairs and steps more for blocks of flat faces.
@@ -165,6 +170,26 @@ fn cuts(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
             found += &rows(&condition, &made.survey, own, Some(&made));
         }
         out.add(&condition, &found);
+    }
+}
+
+/// Rows of parts in bins, as themselves and as another part.
+fn bins(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
+    let bins = piles::bins(step);
+    for (p, (part, own, recipe)) in bins.iter().enumerate() {
+        let condition = format!("bin/{part}/{repeat}~{step}");
+        let (other, wrong, _) = &bins[(p + 1 + step) % bins.len()];
+        let wrongly = format!("as-{other}/{condition}");
+        if out.has(&condition) && out.has(&wrongly) {
+            continue;
+        }
+        let made = piles::pile(own, recipe, seed.child(part, 200 + step as u64));
+        let of = |condition: &str, catalog: &Catalog, truth: bool| {
+            let rows = |m: &SynthScene| rows(condition, &m.survey, catalog, truth.then_some(m));
+            made.as_ref().map_or(String::new(), rows)
+        };
+        out.add(&condition, &of(&condition, own, true));
+        out.add(&wrongly, &of(&wrongly, wrong, false));
     }
 }
 

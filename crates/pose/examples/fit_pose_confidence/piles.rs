@@ -2,7 +2,7 @@
 
 use geom::SeedTree;
 use scene::{BlockSpec, Catalog, CatalogSpec, Shape};
-use synth::{Recipe, SynthScene};
+use synth::{Recipe, Site, SynthScene};
 
 /// A way of measuring a pile: name, density and the recipe's lines.
 const SENSORS: [(&str, u32, &str); 10] = [
@@ -112,6 +112,30 @@ pub fn cut(shape: &str, n: usize) -> (String, Recipe, f32) {
     );
     let recipe = Recipe::parse(&text).unwrap_or_else(|e| panic!("{e} in\n{text}"));
     (format!("{shape}/cut-{crop}/built-{size}/{ground}"), recipe, size)
+}
+
+/// Recipes of parts in bins.
+const BINS: [(&str, &str); 5] = [
+    ("bracket", include_str!("../../../../recipes/bin-bracket.toml")),
+    ("eye-bolt", include_str!("../../../../recipes/bin-eye-bolt.toml")),
+    ("gear-shaft", include_str!("../../../../recipes/bin-gear-shaft.toml")),
+    ("holed-plate", include_str!("../../../../recipes/bin-holed-plate.toml")),
+    ("hook-plate", include_str!("../../../../recipes/bin-hook-plate.toml")),
+];
+
+/// Parts in a bin as a depth camera sees them, the bin itself taken away; `n` is how: whole or cropped.
+pub fn bins(n: usize) -> Vec<(&'static str, Catalog, Recipe)> {
+    let bin = |(name, text): (&'static str, &str)| {
+        let mut recipe = Recipe::parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        recipe.bin.measured = false;
+        recipe.count = [12, 18];
+        recipe.site = Site::Pen { side_blocks: 2.0 };
+        recipe.delivery.crop = if n.is_multiple_of(2) { 1.0 } else { 0.6 };
+        let spec = recipe.catalog.clone().expect("a recipe of parts names its part");
+        let parts = blocks::catalog(&spec, &|_| Err("no mesh files here".into()));
+        (name, parts.expect("built-in shapes"), recipe)
+    };
+    BINS.map(bin).into()
 }
 
 pub fn pile(catalog: &Catalog, recipe: &Recipe, seed: SeedTree) -> Option<SynthScene> {

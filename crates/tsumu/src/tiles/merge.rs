@@ -33,6 +33,7 @@ impl TilePlan {
         let mut told = Vec::new();
         let mut pile = PileVerdict {
             size: self.facts().size,
+            mirrored: self.facts().mirrored,
             viewpoint: self.facts().viewpoint.clone(),
             ..PileVerdict::default()
         };
