@@ -220,9 +220,11 @@ mod tests {
         let sees = |side: f32| found.toward.iter().any(|toward| side * toward.x > 0.4);
         assert!(sees(1.0) && sees(-1.0) && found.hidden < SEVERAL, "{found:?}");
         let from = found.of_each(&points, 0.05, 1.0);
-        let right =
-            points.iter().zip(&from).filter(|(p, from)| p.x.abs() == 0.5 && p.x * from.x > 0.0);
-        assert!(right.count() > 11_000, "of 12,800 points of the wall");
+        // From above the wall's upper edge is seen as well.
+        let wrong =
+            points.iter().zip(&from).filter(|(p, from)| p.x.abs() == 0.5 && p.x * from.x < 0.0);
+        let wrong = wrong.count();
+        assert!(wrong < 640, "{wrong} of 12,800 points of the wall");
         assert!(found.facing(Vec3::X) > 0.5 && found.facing(Vec3::NEG_Z) < 0.0);
     }
 }

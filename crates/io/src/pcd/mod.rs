@@ -332,7 +332,8 @@ impl Collector {
             let text = String::from_utf8_lossy(&buffer);
             let values: Option<Vec<f64>> =
                 text.split_ascii_whitespace().map(|w| w.parse().ok()).collect();
-            let wanted = self.xyz.iter().chain(&self.instance).map(|f| f.column).max().unwrap_or(0);
+            let read = self.xyz.iter().chain(&self.instance).chain(&self.class);
+            let wanted = read.map(|f| f.column).max().unwrap_or(0);
             let Some(values) = values.filter(|v| v.len() > wanted) else {
                 return Err(
                     input.malformed(Place::Line(line), format!("`{}` is not a point", text.trim()))
