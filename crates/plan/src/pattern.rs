@@ -151,7 +151,7 @@ impl Pattern {
     fn place(&self, node: PatternNode) -> Vec2 {
         let (row, column) = ((node.row - 1) as f32, (node.column - 1) as f32);
         let odd_row = (node.row - 1).rem_euclid(2) as f32;
-        let odd_layer = f32::from(node.layer % 2 == 0);
+        let odd_layer = f32::from(node.layer.is_multiple_of(2));
         let (in_row, across) = match self.bond {
             Bond::Rows => (0.5 * odd_layer, 0.5 * odd_layer),
             Bond::HalfBrick => (0.5 * odd_row + 0.5 * odd_layer, 0.0),

@@ -131,7 +131,8 @@ fn shares(trials: &[Trial]) -> String {
         variance(&recognition) - 2.0 * chance,
         mean(&recognition),
     );
-    let pairs: [(&str, fn(&Trial) -> [u32; 2]); 3] = [
+    type Ends = fn(&Trial) -> [u32; 2];
+    let pairs: [(&str, Ends); 3] = [
         ("minimum volume v, × 0.8 to × 1.25", |t| t.volume),
         ("overflow f, ± 10 cm", |t| t.overflow),
         ("friction, ± 0.1", |t| t.friction),

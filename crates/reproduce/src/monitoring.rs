@@ -30,8 +30,11 @@ const PAIRS: [(&str, &str, &str); 3] = [
 
 /// What happens, by name. A quiet year leaves most blocks where they were; broken legs alone are many, because few of them lie in
 /// sight.
-const STORMS: [(&str, fn() -> Storm); 3] =
+const STORMS: [(&str, StormOf); 3] =
     [("storm", Storm::default), ("quiet year", quiet_year), ("broken legs", broken_legs)];
+
+/// Makes a storm.
+type StormOf = fn() -> Storm;
 
 /// A fifth of what a storm does.
 fn quiet_year() -> Storm {
