@@ -20,8 +20,8 @@ const FIRST: usize = 8;
 /// Candidates within this part of d_max of the block belong to its place.
 const PLACE: f32 = 1.6;
 /// Poses within this part of d_max and this turn of the block are itself.
-const ITSELF: f32 = 0.15;
-const ITSELF_RAD: f32 = 0.35;
+const ITSELF: f32 = 0.1;
+const ITSELF_RAD: f32 = 0.25;
 
 /// The accepted set after exchanges.
 pub fn exchange(
