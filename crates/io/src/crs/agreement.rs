@@ -83,7 +83,7 @@ fn unusable(file: &str, crs: &FileCrs) -> Option<Complaint> {
     match crs.kind {
         CrsKind::Geographic => refuse(
             "crs-geographic",
-            format!("the coordinates are degrees ({})", crs.label()),
+            format!("by the file its coordinates are degrees ({})", crs.label()),
             "project the file into the site's plane coordinates before",
         ),
         CrsKind::Geocentric => refuse(
