@@ -163,12 +163,11 @@ fn behind(points: &[Vec3], toward: Vec3, pixel_m: f32, d_max_m: f32) -> Vec<bool
         return Vec::new();
     }
     let pixel_m = pixel_m.max(bounds.size().max_element() / 2048.0);
-    let width = (bounds.size().x / pixel_m) as usize + 2;
-    let height = (bounds.size().y / pixel_m) as usize + 2;
-    // Pixels lie where they lie for a larger part of the survey too.
-    let low = (bounds.min / pixel_m).floor() * pixel_m;
+    let width = (bounds.size().x / pixel_m) as usize + 1;
+    let height = (bounds.size().y / pixel_m) as usize + 1;
+    // From the points' own corner: the same in whatever frame they are given.
     let pixel = |p: &Vec3| {
-        let at = (*p - low) / pixel_m;
+        let at = (*p - bounds.min) / pixel_m;
         (at.y as usize).min(height - 1) * width + (at.x as usize).min(width - 1)
     };
     let mut nearest = vec![f32::NEG_INFINITY; width * height];

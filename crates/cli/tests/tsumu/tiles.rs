@@ -116,7 +116,7 @@ fn merged(plan: &Path, out: &Path) {
     ok(&["tiles", "merge", &text(plan), "--out", &text(out)]);
 }
 
-/// Places nearer than this are the same: 2.5 mm was the most seen on this seed, of a block whose points were seen from four sides.
+/// Places nearer than this are the same: 3.4 mm was the most seen on this seed, of a block whose points were seen from four sides.
 const SAME_M: f64 = 4e-3;
 
 /// Number and centre of every block of a run.
