@@ -216,3 +216,62 @@ impl Pile<'_> {
         self.templates[self.candidates[i].template].model.d_max_m
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PoseConfig;
+    use crate::acceptance::accept;
+    use crate::evidence::Evidence;
+    use crate::fit::CentredPose;
+    use crate::template::templates;
+    use geom::{PointCloud, Quat, SeedTree, Vec3};
+    use scene::{Catalog, Shape, Survey};
+    use std::ops::Range;
+
+    /// Two cubes side by side, and a pose half on each that explains `between` points of them.
+    fn accepted(each: u32, between: u32) -> [Vec<usize>; 2] {
+        let cube = blocks::shape_model("cube", Shape::Cube { size: 1.0 }, 2300.0).unwrap();
+        let catalog = Catalog::new(vec![cube]);
+        let config = PoseConfig::default();
+        let templates = templates(&catalog, &config, SeedTree::new(1)).unwrap();
+        let points = (0..400).map(|i| Vec3::new((i % 20) as f32, (i / 20) as f32, 0.0)).collect();
+        let survey = Survey { cloud: PointCloud::from_positions(points), ..Survey::default() };
+        let measured = Measured::new(&survey, 0.05, 1.0, 0.01, None, None);
+        let candidate = |x: f32, points: Range<u32>| Candidate {
+            template: 0,
+            at: CentredPose { rotation: Quat::IDENTITY, centre: Vec3::new(x, 0.0, 0.0) },
+            evidence: Evidence {
+                explained: points.map(|i| (i, 1.0)).collect(),
+                against_m2: 0.0,
+                agreement: 1.0,
+                unit_m2: 1.0,
+                point_area_m2: 0.01,
+            },
+        };
+        let pool = [
+            candidate(0.0, 0..each),
+            candidate(1.03, 100..100 + each),
+            candidate(0.5, 100 - between / 2..100 + between / 2),
+        ];
+        let evidence = &config.evidence;
+        let greedy = accept(&pool, &templates, &measured, None, evidence);
+        let better = exchange(greedy.clone(), &pool, &templates, &measured, None, evidence);
+        [greedy, better].map(|found| {
+            let mut held: Vec<usize> = found.accepted.iter().map(|a| a.0).collect();
+            held.sort_unstable();
+            held
+        })
+    }
+
+    #[test]
+    fn two_blocks_take_the_place_of_one_that_lies_half_on_each() {
+        assert_eq!(accepted(100, 120), [vec![2], vec![0, 1]]);
+    }
+
+    #[test]
+    fn what_explains_no_more_changes_nothing() {
+        assert_eq!(accepted(60, 122), [vec![2], vec![2]]);
+        assert_eq!(accepted(100, 60), [vec![0, 1], vec![0, 1]]);
+    }
+}

@@ -103,7 +103,7 @@ fn starts(
     starts
 }
 
-/// Axes about which a block turned over fills much the same room; fewer where its surface is as wide one way as the other.
+/// Axes about which a block turned over fills much the same room; none of a surface without a thinnest way.
 fn principal_axes(template: &Template) -> Vec<Vec3> {
     let surface: Vec<Vec3> =
         template.surface.iter().map(|(p, _)| *p - template.model.centre).collect();

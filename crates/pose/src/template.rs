@@ -6,6 +6,7 @@ use crate::{Method, PoseConfig, PoseError, rotation_grid::rotation_grid};
 use geom::{DistanceField, PointGrid, Quat, SeedTree, Vec3};
 use rand::RngExt;
 use scene::{BlockModel, Catalog, ModelId};
+use std::sync::OnceLock;
 
 /// A block type ready to be searched for.
 pub struct Template<'a> {
@@ -33,6 +34,8 @@ pub struct Template<'a> {
     pub flat_faces: bool,
     /// Starts of the rotation search, one per physical orientation.
     pub rotations: Vec<Quat>,
+    /// Whether it and its mirror image are two shapes; found when it is first asked.
+    pub handed: OnceLock<bool>,
 }
 
 /// A model as the points ICP pairs with, block coordinates.
@@ -127,6 +130,7 @@ fn template<'a>(
         cloud,
         flat_faces,
         rotations,
+        handed: OnceLock::new(),
     })
 }
 
