@@ -31,6 +31,9 @@ const SEVERAL: f32 = 0.08;
 /// taken, by this factor: a look along the ground expects to see under blocks what nobody saw.
 const FURTHER: f32 = 0.02;
 const LOWER: f32 = 1.25;
+/// And at least this part of what the first further one does: who flies round a pile sees as much of it from every side, who looks
+/// from one side leaves shreds that others would have seen.
+const ALIKE: f32 = 0.5;
 /// Directions at most.
 const MOST: usize = 6;
 
@@ -51,7 +54,9 @@ impl Viewpoint {
         let best = best.filter(|side| side.hidden() < BETTER * above.hidden()).unwrap_or(&above);
         let mut toward = vec![best.toward];
         let mut behind_all = best.behind.clone();
-        while share(&behind_all) >= SEVERAL && toward.len() < MOST {
+        let several = best.hidden() >= SEVERAL;
+        let mut least = FURTHER;
+        while several && toward.len() < MOST {
             let uncovered = |look: &Look| {
                 let new =
                     look.behind.iter().zip(&behind_all).filter(|(here, all)| **all && !**here);
@@ -64,11 +69,12 @@ impl Viewpoint {
                     let lower = look.toward.z < held.toward.z - 1e-3;
                     found > if lower { LOWER * best } else { best }
                 });
-                if found >= FURTHER && better {
+                if found >= least && better {
                     next = Some((look, found));
                 }
             }
-            let Some((look, _)) = next else { break };
+            let Some((look, found)) = next else { break };
+            least = least.max(ALIKE * found);
             toward.push(look.toward);
             for (all, here) in behind_all.iter_mut().zip(&look.behind) {
                 *all &= here;
