@@ -19,7 +19,7 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 
 const ROWS: usize = 20;
 const STEP_M: f32 = 1.9;
-const SITE: &str = "name = \"Many blocks\"\ncrs = \"EPSG:6679\"\nvertical_datum = \"T.P.\"\naxis_order = \"east-north\"\n\n[[survey]]\nfile = \"survey.laz\"\nsensor = \"uav\"\n";
+const SITE: &str = "name = \"Many blocks\"\ncrs = \"EPSG:6679\"\nvertical_datum = \"T.P.\"\naxis_order = \"east-north\"\n\n[[survey]]\nfile = \"survey.laz\"\nsensor = \"uav\"\nvertical_offset_m = 0.0\n";
 const CATALOG: &str = "[[block]]\nname = \"tetrapod-5t\"\nshape = { kind = \"tetrapod\", size = 2.0 }\ndensity_kg_m3 = 2300.0\n";
 const CORNER: DVec3 = DVec3::new(41_000.0, -98_000.0, 0.0);
 
