@@ -304,7 +304,8 @@ mod tests {
     #[test]
     fn two_of_five_that_sink_alike_are_told_from_three_that_stay() {
         for (seed, down) in [(1, 0.04), (2, 0.05), (3, 0.10)] {
-            let all = drawn(60, seed, |i| if i % 5 < 2 { DVec3::NEG_Z * down } else { DVec3::ZERO });
+            let all =
+                drawn(60, seed, |i| if i % 5 < 2 { DVec3::NEG_Z * down } else { DVec3::ZERO });
             let groups = found(&all);
             assert_eq!(groups.shift_m.len(), 2, "{down}: {groups:?}");
             assert!(groups.shift_m[0].length() < 0.004, "{down}: {:?}", groups.shift_m);

@@ -227,7 +227,8 @@ impl Registering<'_> {
             };
             motion = registration.motion;
             let still = groups.nearest();
-            error = self.spread(&pairs, &motion, &groups.weights(still), groups.share.len(), &error);
+            error =
+                self.spread(&pairs, &motion, &groups.weights(still), groups.share.len(), &error);
             let decided = Decided::Majority;
             found = Some(OnBlocks { registration, error, pairs, groups, still, decided });
         }
@@ -257,13 +258,13 @@ impl Registering<'_> {
                 cluster_m,
             )
         };
-        let groups_at = |motion: &Motion| {
-            groups(&self.differences(pairs, motion), &self.usual, &self.own_way)
-        };
+        let groups_at =
+            |motion: &Motion| groups(&self.differences(pairs, motion), &self.usual, &self.own_way);
         let single = on(start, &all, true).map(|r| (r, groups_at(&r.motion)));
         let mut best = single.clone().filter(|(_, g)| g.share.len() < 2);
         // Groups are looked for from where the pairs were, and from where all of them together would be.
-        let together = [on(start, &all, false).map(|r| r.motion), single.as_ref().map(|s| s.0.motion)];
+        let together =
+            [on(start, &all, false).map(|r| r.motion), single.as_ref().map(|s| s.0.motion)];
         let begins = std::iter::once(start)
             .chain(together.into_iter().flatten().filter(|_| which == Still::Largest));
         for begin in begins {

@@ -291,7 +291,8 @@ mod tests {
         let pass = |y: f32| (0..6).map(move |i| Vec3::new(2.0 * i as f32, y, 9.0));
         let sensors: Vec<Vec3> = pass(0.0).chain(pass(4.0)).collect();
         assert_eq!(tracks(&sensors), [0..6, 6..12]);
-        let back: Vec<Vec3> = pass(0.0).chain(pass(1.0).collect::<Vec<_>>().into_iter().rev()).collect();
+        let back: Vec<Vec3> =
+            pass(0.0).chain(pass(1.0).collect::<Vec<_>>().into_iter().rev()).collect();
         assert_eq!(tracks(&back).len(), 2, "{:?}", tracks(&back));
         let view = View::new(&[Vec3::ZERO], sensors, SensorKind::Mbes, 0.03, 2.0);
         let found = view.directions(Vec3::new(3.0, 0.0, 0.0), Vec3::Z);

@@ -24,8 +24,12 @@ pub(crate) fn survey_offset_m(
     let solids: Vec<Option<MeshQuery>> =
         catalog.iter().map(|(_, m)| MeshQuery::new(&m.mesh).ok()).collect();
     let blocks = &scene.scene.blocks;
-    let place: std::collections::HashMap<u32, usize> =
-        blocks.iter().enumerate().filter(|(_, b)| is_whole(b.block)).map(|(i, b)| (b.block.0, i)).collect();
+    let place: std::collections::HashMap<u32, usize> = blocks
+        .iter()
+        .enumerate()
+        .filter(|(_, b)| is_whole(b.block))
+        .map(|(i, b)| (b.block.0, i))
+        .collect();
     let cloud = &scene.survey.cloud.position_m;
     let labelled: Vec<(Vec3, usize)> = cloud
         .iter()

@@ -3,9 +3,7 @@
 use crate::laws::explaining;
 use crate::pile::{pile, seen, survey, tetrapods};
 use geom::{Pose, Quat, Silent, Vec3};
-use monitor::{
-    Class, CompareConfig, Comparison, Decided, Epoch, SeenBlock, StableGround, compare,
-};
+use monitor::{Class, CompareConfig, Comparison, Decided, Epoch, SeenBlock, StableGround, compare};
 use scene::{SensorKind, Survey};
 
 /// A pile and the same one later: `share` of its blocks, by place or one side of it, went `by`; the survey is off by `datum`.
@@ -92,7 +90,9 @@ fn a_step_of_the_datum_comes_out_where_two_of_five_sank_alike() {
                 if down < 0.04 {
                     continue;
                 }
-                let [alike] = found.moved_alike[..] else { panic!("{at}: {:?}", found.moved_alike) };
+                let [alike] = found.moved_alike[..] else {
+                    panic!("{at}: {:?}", found.moved_alike)
+                };
                 let sank = case.went.iter().filter(|w| **w).count();
                 assert!(alike.blocks.abs_diff(sank) <= 2, "{at}: {alike:?}");
                 assert!((alike.shift_m[2] + f64::from(down)).abs() < 0.006, "{at}: {alike:?}");
