@@ -12,6 +12,8 @@ use crate::dense::{Matrix, cholesky, distance2, log_det};
 use geom::DVec3;
 use rayon::prelude::*;
 
+/// Most pairs that are asked about groups; of more, evenly spread ones tell as well.
+const MOST_PAIRS: usize = 1000;
 /// Fewest pairs among which groups are looked for, and the fewest of a group and their share.
 const LEAST_PAIRS: usize = 10;
 const LEAST_OF_GROUP: f64 = 4.0;
@@ -77,12 +79,14 @@ impl Groups {
 
 /// The groups of the pairs whose differences these are. One group at least; its shift is then the mean of all.
 pub(crate) fn groups(pairs: &[Difference], usual: &CommonError, own_way: &OwnWay) -> Groups {
-    let mut best = Mixture::one(usual).settled(pairs, own_way, ROUNDS);
-    if pairs.len() >= LEAST_PAIRS {
+    let asked: Vec<Difference> =
+        pairs.iter().step_by(pairs.len().div_ceil(MOST_PAIRS).max(1)).copied().collect();
+    let mut best = Mixture::one(usual).settled(&asked, own_way, ROUNDS);
+    if asked.len() >= LEAST_PAIRS {
         while best.shift_m.len() < MOST_GROUPS {
-            let Some(more) = one_more(&best, pairs, own_way) else { break };
+            let Some(more) = one_more(&best, &asked, own_way) else { break };
             let gain = more.score - best.score;
-            if gain <= 0.0 || !more.lie_apart(pairs, usual) {
+            if gain <= 0.0 || !more.lie_apart(&asked, usual) {
                 break;
             }
             best = more;

@@ -5,7 +5,7 @@
 //! of a shift along, a shift up and a turn. A few blocks say little; there the sensor's usual error counts more.
 
 use crate::body::Difference;
-use crate::dense::{Matrix, cholesky, distance2, zeros};
+use crate::dense::{Matrix, cholesky, distance2, part, zeros};
 use scene::SensorKind;
 use serde::Serialize;
 
@@ -83,46 +83,48 @@ const MIDDLE: (f64, f64) = (MEDIAN, 0.5);
 
 /// Rounds of leaving out what moved and scaling by the rest.
 const SCALINGS: usize = 8;
+/// 99 % of χ² with three degrees of freedom.
+const NO_SHIFT: f64 = 11.345;
 
 /// By how much the covariances of shift and of turn are too large, from the pairs that did not change: 1 where they are right or
 /// too small. Fits count that points err together; where both surveys err alike, the difference errs less than both. A level of
 /// detection is asked to hold in 95 of 100 cases, so that is what is brought to its place; the middle of the pairs would
 /// promise too much, because a few badly seen blocks err more than the rest. Blocks that settled by a little would widen the levels
-/// of all: what stands out of the scaled covariances is left out, and the rest scales them again.
+/// of all: pairs whose shift stands out of the scaled covariances are left out, and the rest scales them again. Turns are scaled
+/// by all: a hidden block's turn errs by more than its covariance says, and looks like one that turned.
 pub(crate) fn scales(differences: &[(Difference, f64)]) -> [f64; 2] {
     let all: Vec<&Difference> =
         differences.iter().filter(|(_, d2)| *d2 < NO_CHANGE).map(|(d, _)| d).collect();
+    let turn = scale_of(&all, [3, 4, 5], LEVEL);
     // The middle of the pairs is where few that settled reach; from there the kept ones tell their own width.
-    let mut scales = scales_of(&all, MIDDLE);
+    let mut shift = scale_of(&all, [0, 1, 2], MIDDLE);
     for _ in 0..SCALINGS {
         let within = |d: &&Difference| {
-            cholesky(&scaled(&d.covariance, scales))
-                .is_some_and(|l| distance2(&l, &d.d) < NO_CHANGE)
+            let covariance = part(&scaled(&d.covariance, [shift, turn]), 0);
+            cholesky(&covariance)
+                .is_some_and(|l| distance2(&l, &d.shift().to_array()) < NO_SHIFT)
         };
         let still: Vec<&Difference> = all.iter().copied().filter(within).collect();
-        scales = scales_of(&still, LEVEL);
+        shift = scale_of(&still, [0, 1, 2], LEVEL);
     }
-    scales
+    [shift, turn]
 }
 
 /// Brings this quantile of the squares to its place: χ² with one degree of freedom, and the share.
-fn scales_of(still: &[&Difference], (chi2, share): (f64, f64)) -> [f64; 2] {
-    let scale = |axes: [usize; 3]| {
-        let mut ratio: Vec<f64> = still
-            .iter()
-            .flat_map(|d| axes.map(|i| (d.d[i] * d.d[i], d.covariance[i][i])))
-            .filter(|(_, v)| *v > 0.0 && *v < 1.0)
-            .map(|(r2, v)| r2 / v)
-            .collect();
-        if ratio.is_empty() {
-            return 1.0;
-        }
-        let place = ((share * ratio.len() as f64) as usize).min(ratio.len() - 1);
-        let found = *ratio.select_nth_unstable_by(place, f64::total_cmp).1 / chi2;
-        let count = still.len() as f64;
-        ((AS_GIVEN_WEIGHT + count * found) / (AS_GIVEN_WEIGHT + count)).clamp(LEAST_SCALE, 1.0)
-    };
-    [scale([0, 1, 2]), scale([3, 4, 5])]
+fn scale_of(still: &[&Difference], axes: [usize; 3], (chi2, share): (f64, f64)) -> f64 {
+    let mut ratio: Vec<f64> = still
+        .iter()
+        .flat_map(|d| axes.map(|i| (d.d[i] * d.d[i], d.covariance[i][i])))
+        .filter(|(_, v)| *v > 0.0 && *v < 1.0)
+        .map(|(r2, v)| r2 / v)
+        .collect();
+    if ratio.is_empty() {
+        return 1.0;
+    }
+    let place = ((share * ratio.len() as f64) as usize).min(ratio.len() - 1);
+    let found = *ratio.select_nth_unstable_by(place, f64::total_cmp).1 / chi2;
+    let count = still.len() as f64;
+    ((AS_GIVEN_WEIGHT + count * found) / (AS_GIVEN_WEIGHT + count)).clamp(LEAST_SCALE, 1.0)
 }
 
 /// A covariance of shift and turn with both parts scaled.

@@ -1,10 +1,11 @@
 //! What a synthetic survey as a whole is off by, its sensor's own errors included.
 //!
 //! In: a scene with its truth, a place of each measured point without the datum's error. Out: the one shift by which the points of whole
-//! blocks lie best on the true surfaces (point to plane, least squares). A drone's drift and a sounder's roll, heave and position are
+//! blocks lie best on the true surfaces (point to plane, least squares), its lines laid onto each other as recognition lays them. A drone's drift and a sounder's roll, heave and position are
 //! errors of the survey as its datum's are: no comparison can tell them apart, and a registration takes them all out.
 
 use geom::{MeshQuery, Vec3};
+use pose::LineShifts;
 use scene::Catalog;
 use synth::SynthScene;
 
@@ -30,7 +31,11 @@ pub(crate) fn survey_offset_m(
         .filter(|(_, b)| is_whole(b.block))
         .map(|(i, b)| (b.block.0, i))
         .collect();
-    let cloud = &scene.survey.cloud.position_m;
+    let size_m = catalog.iter().map(|(_, m)| m.d_max_m).fold(f32::INFINITY, f32::min);
+    let sensor = scene.survey.sensor;
+    let lines = LineShifts::of(&scene.survey, size_m, sensor.noise_sd_m(size_m));
+    let levelled = lines.map(|l| l.taken_out_of(&scene.survey));
+    let cloud = &levelled.as_ref().unwrap_or(&scene.survey).cloud.position_m;
     let labelled: Vec<(Vec3, usize)> = cloud
         .iter()
         .zip(&scene.instance)
