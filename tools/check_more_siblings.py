@@ -178,12 +178,12 @@ def k2_keep_and_leave_out_the_same(w):
 
 @case
 def k2_word_that_is_no_flag(w):
-    refused(with_noise(w, lambda d, f: None, more='leave_out = ["noise"]'), "site.toml", "noise")
+    refused(with_noise(w, lambda d, f: None, more='leave_out = ["noise"]'), "site.toml", "withheld")
 
 
 @case
 def k2_class_beyond_255(w):
-    refused(with_noise(w, lambda d, f: None, more="leave_out = [700]"), "site.toml", "700")
+    refused(with_noise(w, lambda d, f: None, more="leave_out = [700]"), "site.toml", "255")
 
 
 @case
@@ -402,7 +402,7 @@ def k4_ellipsoidal_and_orthometric_heights(w):
 def k4_local_and_site_coordinates_side_by_side(w):
     text(w, "a.csv", ["x,y,z,easting,northing,elevation"] + [f"{e - 41250:.3f},{n + 98760:.3f},{z:.3f},{e:.3f},{n:.3f},{z:.3f}" for e, n, z in w.points])
     w.site("a.csv")
-    refused_or_reference(w, w.check(), "a.csv", "easting")
+    refused_or_reference(w, w.check(), "a.csv", "east and north")
 
 
 @case
@@ -748,21 +748,6 @@ def k9_e57_turned_about_itself(w):
     file.close()
     w.site("a.e57")
     as_reference(w, w.check())
-
-
-@case
-def k9_e57_spherical(w):
-    import pye57
-
-    place = np.array([41250.0, -98760.0, 12.0])
-    local = w.points - place
-    distance = np.linalg.norm(local, axis=1)
-    data = {"sphericalRange": distance, "sphericalAzimuth": np.arctan2(local[:, 1], local[:, 0]), "sphericalElevation": np.arcsin(local[:, 2] / distance)}
-    file = pye57.E57(str(w.path("a.e57")), mode="w")
-    file.write_scan_raw(data, translation=place, rotation=np.array([1.0, 0, 0, 0]))
-    file.close()
-    w.site("a.e57")
-    refused_or_reference(w, w.check(), "a.e57", "spherical")
 
 
 @case
