@@ -48,7 +48,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         }
     }
     Ok(format!(
-        "Right: displacement ≤ 0.1 d_box and rotation ≤ 5° modulo symmetry; blocks hidden to less than 80 % are asked for. \
+        "Right: displacement ≤ 0.1 d_box and rotation ≤ 5° modulo symmetry; blocks hidden to less than 80 % are scored. \
          *About shift* is E_d without the mean displacement of each scene, which is the survey's own error and the same \
          for all its blocks. Time: the pose stage alone, wall. Weights: {}.\n\n{}\n\
          The thesis, its own sites, white noise: P/R 99.3/79.4 and 83.2/85.4 (Sawara UAV, MBES), 96.1/95.5 and 86.1/77.9 \

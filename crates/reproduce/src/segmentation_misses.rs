@@ -30,7 +30,7 @@ enum Cause {
 type Sums = BTreeMap<Cause, (usize, f64, f64)>;
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
-    let mut heads = vec!["set", "blocks asked for", "missed"];
+    let mut heads = vec!["set", "scored blocks", "missed"];
     heads.extend([
         "never voted for",
         "hypothesis below the limit",

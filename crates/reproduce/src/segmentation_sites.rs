@@ -14,7 +14,7 @@ pub const EXPERIMENT: Experiment = Experiment {
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut table =
-        Table::new(&["set, clustering", "blocks asked for", "P %", "R %", "AP %", "AP50 %"]);
+        Table::new(&["set, clustering", "scored blocks", "P %", "R %", "AP %", "AP50 %"]);
     let mut weights = Vec::new();
     let white_noise = white_noise_sets()?;
     let without_ground: Vec<&str> = white_noise.iter().map(|s| s.name).collect();
