@@ -84,17 +84,16 @@ pub const NAMES: [&str; TERMS] = [
     "goes-on",
 ];
 
-/// Weights as fitted by the example `fit_pose_confidence`; the file says to what.
+/// Weights as fitted by the example `fit_pose_confidence` (`cargo xtask fit pose-confidence`); the file says to what.
 const FITTED: &str = include_str!("../fitted/confidence.txt");
 /// Other poses explain this much of most well held blocks' points too.
 const RIVAL_FREE: f32 = 0.5;
 /// Beside narrow joints the next face begins within the strip that is looked at: so many points go on beside right blocks.
 const EDGE_FREE: f32 = 0.012;
-/// How much of a nat of type margin is a fact: points err together, sensors have biases. Fitted by hand to cubes and
-/// tetrapods 6 % apart: of 31 cubes below 10 nats 17 had the right type, of 24 from 10 to 20 18, of 110 above all.
-const TYPE_SLOPE: f32 = 0.1;
-/// By how much more a nat is worth for every nat there is already: small margins come from one edge, large ones from many.
-const TYPE_GROWTH: f32 = 0.0025;
+/// How much of a nat of type margin is a fact (points err together, sensors have biases), and by how much more a nat says
+/// for every nat there is already (small margins come from one edge, large ones from many); the file says to what both were fitted.
+const FITTED_TYPES: &str = include_str!("../fitted/type-confidence.txt");
+const TYPE_NAMES: [&str; 2] = ["slope", "growth"];
 
 impl Features {
     /// What the logistic function is linear in, in the order of [`NAMES`]. Good is good enough: beyond where
@@ -128,28 +127,28 @@ impl Features {
     /// The probability that the pose is right, in [0, 1].
     pub fn confidence(&self) -> f32 {
         static WEIGHTS: LazyLock<[f32; TERMS]> = LazyLock::new(|| {
-            weights(FITTED).expect("the file is part of the program and a test reads it")
+            weights(FITTED, NAMES).expect("the file is part of the program and a test reads it")
         });
         logistic(self.terms().iter().zip(WEIGHTS.iter()).map(|(f, w)| f * w).sum())
     }
 }
 
 /// The weights a fitted file gives: a name and a number a line, `#` begins a remark. The error says which line is wrong.
-fn weights(text: &str) -> Result<[f32; TERMS], String> {
+fn weights<const N: usize>(text: &str, names: [&str; N]) -> Result<[f32; N], String> {
     let lines =
         text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
-    let mut found = [0.0; TERMS];
+    let mut found = [0.0; N];
     let mut count = 0;
     for (n, line) in lines {
         let wrong = || format!("line {}: `{line}` should give the weight of a feature", n + 1);
         let (name, value) = line.split_once(' ').ok_or_else(wrong)?;
-        if NAMES.get(count) != Some(&name) {
-            return Err(format!("{}: expected `{}`", wrong(), NAMES.get(count).unwrap_or(&"end")));
+        if names.get(count) != Some(&name) {
+            return Err(format!("{}: expected `{}`", wrong(), names.get(count).unwrap_or(&"end")));
         }
         found[count] = value.trim().parse().map_err(|_| wrong())?;
         count += 1;
     }
-    if count == TERMS { Ok(found) } else { Err(format!("{count} of {TERMS} weights")) }
+    if count == N { Ok(found) } else { Err(format!("{count} of {N} weights")) }
 }
 
 fn logistic(z: f32) -> f32 {
@@ -158,7 +157,12 @@ fn logistic(z: f32) -> f32 {
 
 /// The probability that the type is right if the pose is, in [0, 1].
 pub fn type_confidence(features: &Features) -> f32 {
-    logistic(features.type_margin * (TYPE_SLOPE + TYPE_GROWTH * features.type_margin))
+    static WEIGHTS: LazyLock<[f32; 2]> = LazyLock::new(|| {
+        weights(FITTED_TYPES, TYPE_NAMES)
+            .expect("the file is part of the program and a test reads it")
+    });
+    let [slope, growth] = *WEIGHTS;
+    logistic(features.type_margin * (slope + growth * features.type_margin))
 }
 
 #[cfg(test)]
@@ -167,9 +171,10 @@ mod tests {
 
     #[test]
     fn the_fitted_file_names_every_feature() {
-        assert!(weights(FITTED).unwrap().iter().any(|w| *w != 0.0));
-        assert!(weights("constant 1\narea 2").unwrap_err().contains("line 2"));
-        assert!(weights("constant 1").is_err());
+        assert!(weights(FITTED, NAMES).unwrap().iter().any(|w| *w != 0.0));
+        assert!(weights("constant 1\narea 2", NAMES).unwrap_err().contains("line 2"));
+        assert!(weights("constant 1", NAMES).is_err());
+        assert!(weights(FITTED_TYPES, TYPE_NAMES).unwrap().iter().all(|w| *w >= 0.0));
     }
 
     #[test]

@@ -94,7 +94,7 @@ fn condition(row: &Row) -> &str {
     row.condition.split('~').next().unwrap_or(&row.condition)
 }
 
-fn name(file: &str) -> &str {
+pub fn name(file: &str) -> &str {
     std::path::Path::new(file).file_name().and_then(|n| n.to_str()).unwrap_or(file)
 }
 
