@@ -98,6 +98,16 @@ pub struct Bench<'a> {
     pub observer: &'a dyn Observer,
 }
 
+impl Bench<'_> {
+    /// The user's weights, or the shipped ones for a catalogue.
+    pub(crate) fn network(&self, catalog: &scene::Catalog) -> Result<SegmentModel, ReproduceError> {
+        Ok(match self.model {
+            Some(model) => model.clone(),
+            None => SegmentModel::shipped(catalog)?,
+        })
+    }
+}
+
 /// A named experiment.
 pub struct Experiment {
     /// As the command line says it.
