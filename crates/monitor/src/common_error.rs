@@ -101,8 +101,7 @@ pub(crate) fn scales(differences: &[(Difference, f64)]) -> [f64; 2] {
     for _ in 0..SCALINGS {
         let within = |d: &&Difference| {
             let covariance = part(&scaled(&d.covariance, [shift, turn]), 0);
-            cholesky(&covariance)
-                .is_some_and(|l| distance2(&l, &d.shift().to_array()) < NO_SHIFT)
+            cholesky(&covariance).is_some_and(|l| distance2(&l, &d.shift().to_array()) < NO_SHIFT)
         };
         let still: Vec<&Difference> = all.iter().copied().filter(within).collect();
         shift = scale_of(&still, [0, 1, 2], LEVEL);
