@@ -38,7 +38,7 @@ const shot = async (name, selector) => {
   await (selector ? page.locator(selector).first().screenshot({ path, quality: 82 }) : page.screenshot({ path, quality: 82, fullPage: true }));
 };
 const picture = () => page.evaluate(() => { tsumu.viewer.drawNow(); return tsumu.viewer.canvas.toDataURL(); });
-const settled = () => page.waitForFunction(() => tsumu.viewer.quick === 0 && !tsumu.viewer.waiting);
+const settled = () => page.waitForFunction(() => tsumu.viewer.quick === 0 && !tsumu.viewer.waiting && !tsumu.viewer.pieces);
 const changes = async (what, act) => {
   const before = await picture();
   await act();
