@@ -42,6 +42,7 @@ mod segmentation_shapes;
 mod segmentation_sites;
 mod segmentation_suppression;
 mod segmentation_time;
+mod survey_offset;
 
 pub use error::ReproduceError;
 pub use markdown::{Align, Table};

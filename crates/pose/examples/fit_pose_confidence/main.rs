@@ -67,7 +67,7 @@ struct Kept {
 
 impl Kept {
     fn features(path: &Path) -> Self {
-        Self::open(path, &format!("condition,right,sd-shift,sd-turn,{}", NAMES.join(" ")))
+        Self::open(path, &format!("condition,right,flat,sd-shift,sd-turn,{}", NAMES.join(" ")))
     }
 
     fn open(path: &Path, head: &str) -> Self {
@@ -265,8 +265,9 @@ fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&Synt
         };
         let (shift, turn) = error.map_or((0.0, 0.0), |e| (e.0 / sd(0), e.1 / sd(3)));
         let terms: Vec<String> = features.terms().iter().map(|t| format!("{t:.4}")).collect();
-        let (right, terms) = (u8::from(right), terms.join(" "));
-        out += &format!("{condition},{right},{shift:.2},{turn:.2},{terms}\n");
+        let (right, flat) = (u8::from(right), u8::from(features.flat_faces));
+        let terms = terms.join(" ");
+        out += &format!("{condition},{right},{flat},{shift:.2},{turn:.2},{terms}\n");
     }
     out
 }
