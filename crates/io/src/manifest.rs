@@ -39,7 +39,7 @@ pub struct Manifest {
     pub seed: u64,
     /// Every setting as used.
     pub config: serde_json::Value,
-    /// Further facts: weights used, reviews honoured.
+    /// Further facts: weights used, reviews applied.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub notes: BTreeMap<String, serde_json::Value>,
     /// Inputs by their path relative to the site folder.
@@ -68,7 +68,7 @@ pub enum Difference {
     /// There, but not in the manifest.
     Unlisted(PathBuf),
     /// A review that lies in the site folder and was not there when the site was run.
-    NotHonoured(PathBuf),
+    NotApplied(PathBuf),
 }
 
 impl std::fmt::Display for Difference {
@@ -77,7 +77,7 @@ impl std::fmt::Display for Difference {
             Self::Changed(p) => write!(f, "{}: changed since the run", p.display()),
             Self::Missing(p) => write!(f, "{}: missing", p.display()),
             Self::Unlisted(p) => write!(f, "{}: not made by the run", p.display()),
-            Self::NotHonoured(p) => {
+            Self::NotApplied(p) => {
                 write!(f, "{}: came after the run, which knows nothing of it", p.display())
             }
         }
@@ -257,7 +257,7 @@ pub fn verify(run: &Path, site: Option<&Path>) -> Result<Vec<Difference>, IoErro
         && !manifest.inputs.contains_key(review::FILE)
         && review.exists()
     {
-        differences.push(Difference::NotHonoured(review));
+        differences.push(Difference::NotApplied(review));
     }
     if !times_are_own(&run.join(APART)) {
         differences.push(Difference::Changed(run.join(APART)));

@@ -8,7 +8,7 @@ use net::Processor;
 use segment::train_table::TrainedNetwork;
 use segment::{NetworkConfig, SegmentModel, Split, TrainConfig, TrainTable};
 use std::path::{Path, PathBuf};
-use teach::{Blocks, Lessons};
+use teach::{Blocks, TrainingScenes};
 use terminal::Terminal;
 use tsumu::{Error, Job, Result};
 
@@ -108,8 +108,8 @@ pub fn train(args: &TrainArgs, terminal: &Terminal, job: &Job) -> Result<()> {
 }
 
 fn train_segment(args: &SegmentTraining, terminal: &Terminal, job: &Job) -> Result<()> {
-    let piles: Vec<Lessons> =
-        args.recipes.iter().map(|r| lessons(r, args, job)).collect::<Result<_>>()?;
+    let piles: Vec<TrainingScenes> =
+        args.recipes.iter().map(|r| training_scenes(r, args, job)).collect::<Result<_>>()?;
     let init = init(args, &piles)?;
     let root = SeedTree::new(args.seed);
     // One thread makes scenes, the others train; more would take the training's cores.
@@ -134,7 +134,7 @@ fn train_segment(args: &SegmentTraining, terminal: &Terminal, job: &Job) -> Resu
 }
 
 /// Weights to start from.
-fn init(args: &SegmentTraining, piles: &[Lessons]) -> Result<Option<SegmentModel>> {
+fn init(args: &SegmentTraining, piles: &[TrainingScenes]) -> Result<Option<SegmentModel>> {
     match args.init.as_deref() {
         Some(path) if path == Path::new("shipped") => {
             SegmentModel::shipped(piles[0].catalog()).map(Some).map_err(Error::bad_input)
@@ -144,7 +144,7 @@ fn init(args: &SegmentTraining, piles: &[Lessons]) -> Result<Option<SegmentModel
     }
 }
 
-fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
+fn config(args: &SegmentTraining, piles: &[TrainingScenes]) -> Result<TrainConfig> {
     let mut table = table(args, piles)?;
     // The network's own table would put its loss in the place of the letter's.
     let mut config = if args.thesis {
@@ -165,9 +165,9 @@ fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
         config.processor.device().map_err(Error::bad_input)?;
     }
     config.warmup = config.warmup.min(config.steps / 10);
-    let names = || piles.iter().map(Lessons::name).collect::<Vec<_>>().join(", ");
+    let names = || piles.iter().map(TrainingScenes::name).collect::<Vec<_>>().join(", ");
     config.name = args.name.clone().unwrap_or_else(names);
-    for shape in piles.iter().flat_map(Lessons::shapes) {
+    for shape in piles.iter().flat_map(TrainingScenes::shapes) {
         if !config.shapes.iter().any(|s| s.matches(&shape)) {
             config.shapes.push(shape);
         }
@@ -176,8 +176,8 @@ fn config(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainConfig> {
 }
 
 /// What the recipes' `[train]` tables say, under what `--set` and the other flags say.
-fn table(args: &SegmentTraining, piles: &[Lessons]) -> Result<TrainTable> {
-    let mut tables = piles.iter().map(Lessons::train_table);
+fn table(args: &SegmentTraining, piles: &[TrainingScenes]) -> Result<TrainTable> {
+    let mut tables = piles.iter().map(TrainingScenes::train_table);
     let first = tables.next().flatten();
     if let Some(other) = tables.position(|t| t != first) {
         return Err(Error::bad_input(anyhow!(
@@ -221,8 +221,8 @@ pub fn whole(steps: u64, of: u64) -> Result<()> {
 }
 
 /// A recipe file with the blocks it or the catalogue names.
-fn lessons(path: &Path, args: &SegmentTraining, job: &Job) -> Result<Lessons> {
+fn training_scenes(path: &Path, args: &SegmentTraining, job: &Job) -> Result<TrainingScenes> {
     let inputs = tsumu::read_recipe(path, args.catalog.as_deref(), job)?;
     let blocks = if args.any_shape { Blocks::AnyShape } else { Blocks::Catalog };
-    Lessons::new(inputs.recipe, inputs.catalog, blocks).map_err(Error::bad_input)
+    TrainingScenes::new(inputs.recipe, inputs.catalog, blocks).map_err(Error::bad_input)
 }

@@ -8,7 +8,7 @@ use net::{ImageTransformerConfig, ResNetDepth};
 use placement::{NetworkShape, RotationCode, SampleConfig, TrainConfig};
 use scene::{BlockModel, Catalog};
 use std::path::PathBuf;
-use teach::PlacementLessons;
+use teach::PlacementScenes;
 use terminal::Terminal;
 use tsumu::{Error, Job, Result};
 
@@ -93,9 +93,9 @@ pub fn train_placement(args: &PlacementTraining, terminal: &Terminal, job: &Job)
     let block = block(args, &inputs.catalog)?;
     let config = config(args, format!("{} on piles of {}", block.name, inputs.recipe.name));
     let seed = SeedTree::new(args.seed);
-    let lessons = PlacementLessons { recipe: &inputs.recipe, catalog: &inputs.catalog, block };
+    let scenes = PlacementScenes { recipe: &inputs.recipe, catalog: &inputs.catalog, block };
     let [samples, held_out] =
-        lessons.samples(&config, &args.out.join("data"), seed, job).map_err(Error::bad_input)?;
+        scenes.samples(&config, &args.out.join("data"), seed, job).map_err(Error::bad_input)?;
     terminal.say(format!(
         "{} windows with {} good drops to learn from, {} windows to judge by",
         samples.len(),

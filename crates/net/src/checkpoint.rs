@@ -5,6 +5,7 @@
 
 use burn::module::Module;
 use burn::optim::ModuleOptimizer;
+use burn_pack::{Reader, Writer};
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -102,7 +103,10 @@ impl Checkpoint {
         replace(&self.file("network.bpk"), |p| {
             network.clone().save_file(p).map_err(|e| e.to_string())
         })?;
-        replace(&self.file("optimiser.bpk"), |p| optimiser.save(p).map_err(|e| e.to_string()))?;
+        let optimiser = in_order(optimiser).map_err(|e| error(&self.file("optimiser.bpk"), e))?;
+        replace(&self.file("optimiser.bpk"), |p| {
+            optimiser.write_to_file(p).map_err(|e| e.to_string())
+        })?;
         self.keep("model.safetensors", model)?;
         replace(&self.file("steps"), |p| fs::write(p, done.to_string()).map_err(|e| e.to_string()))
     }
@@ -141,6 +145,23 @@ impl Curve {
     pub fn write(&mut self, line: &str) -> Result<(), CheckpointError> {
         writeln!(self.file, "{line}").map_err(|e| error(&self.path, e))
     }
+}
+
+/// The optimiser's state with its tensors in the order of their names: the library keeps them in an order that it draws anew
+/// in every process.
+fn in_order(optimiser: &ModuleOptimizer) -> Result<Writer, String> {
+    let bytes = optimiser.to_record().into_bytes().map_err(|e| e.to_string())?;
+    let reader = Reader::from_bytes(bytes).map_err(|e| e.to_string())?;
+    let (facts, scalars) = (reader.metadata().clone(), reader.scalars().clone());
+    // The reader gives them sorted.
+    let mut writer = Writer::new(reader.into_tensors().map_err(|e| e.to_string())?);
+    for (name, value) in &facts {
+        writer = writer.with_metadata(name, value);
+    }
+    for (name, value) in scalars {
+        writer = writer.with_scalar(&name, value);
+    }
+    Ok(writer)
 }
 
 /// The library's readers panic at some damaged files: that is an error like any other.

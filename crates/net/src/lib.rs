@@ -6,6 +6,7 @@ pub mod graph_backbone;
 pub mod graph_convolution;
 pub mod image_transformer;
 pub mod neighbourhood;
+mod numbering;
 pub mod prelude;
 pub mod processor;
 pub mod replicas;

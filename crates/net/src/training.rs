@@ -4,6 +4,7 @@
 //! network, in a folder that any run may take up again. What is learnt, and from what, is the stage's.
 
 use crate::checkpoint::{Checkpoint, CheckpointError};
+use crate::numbering::numbered;
 use crate::replicas::{Replicas, sum_gradients};
 use crate::schedule::cosine_with_warmup;
 use burn::grad_clipping::GradientClippingConfig;
@@ -165,7 +166,7 @@ impl<'a, N: Module + Sync> Training<'a, N> {
     ) -> Result<Self, E> {
         let replicas = Replicas::new(schedule.replicas).map_err(TrainingError::Threads)?;
         let (network, optimiser, first) =
-            checkpoint.resume(network, optimiser(schedule.weight_decay))?;
+            checkpoint.resume(numbered(network), optimiser(schedule.weight_decay))?;
         observer.event(Event::Started { stage: Stage::Train, total: schedule.steps });
         Ok(Self { schedule, checkpoint, device, replicas, network, optimiser, first, observer })
     }

@@ -3,7 +3,7 @@
 //! Loss and constants are the paper's (l1 distances, δ_v = 0.5, δ_d = 1.5, weights 1, 1 and 0.001; bandwidth 0.6). Its
 //! association of instances with classes has nothing to associate where there is one class.
 
-use crate::grouping::{Group, Grouping, Lesson, head, instances, matrix};
+use crate::grouping::{Group, Grouping, TrainingTile, head, instances, matrix};
 use geom::Vec3;
 use net::floats;
 use net::prelude::{Linear, Tensor, relu};
@@ -25,9 +25,9 @@ impl Grouping for Asis {
         vec![(c, 128), (128, EMBEDDING)]
     }
 
-    fn loss(&self, layers: &[Linear], features: Tensor<2>, lesson: &Lesson<'_>) -> Tensor<1> {
+    fn loss(&self, layers: &[Linear], features: Tensor<2>, sample: &TrainingTile<'_>) -> Tensor<1> {
         let embedding = head(layers, 0, features);
-        let (count, instance) = instances(lesson.tile);
+        let (count, instance) = instances(sample.tile);
         let n = instance.len();
         if count == 0 {
             return embedding.sum() * 0.0;
@@ -43,10 +43,10 @@ impl Grouping for Asis {
                 weight[p] = 1.0 / (size[i] * count as f32);
             }
         }
-        let centre = matrix(mean, count, lesson.device).matmul(embedding.clone()); // [k, 5]
-        let own = matrix(own, n, lesson.device).matmul(centre.clone()); // [n, 5]
+        let centre = matrix(mean, count, sample.device).matmul(embedding.clone()); // [k, 5]
+        let own = matrix(own, n, sample.device).matmul(centre.clone()); // [n, 5]
         let away = (embedding - own).abs().sum_dim(1); // [n, 1]
-        let pull = relu(away.sub_scalar(NEAR)).square() * matrix(weight, n, lesson.device);
+        let pull = relu(away.sub_scalar(NEAR)).square() * matrix(weight, n, sample.device);
         let regular = centre.clone().abs().sum_dim(1).sum() * (REGULAR / count as f32);
         let total = pull.sum() + regular;
         if count < 2 {
@@ -58,7 +58,7 @@ impl Grouping for Asis {
         let others: Vec<f32> =
             (0..count * count).map(|i| f32::from(i / count != i % count)).collect();
         let push =
-            relu(-(apart.sub_scalar(2.0 * FAR))).square() * matrix(others, count, lesson.device);
+            relu(-(apart.sub_scalar(2.0 * FAR))).square() * matrix(others, count, sample.device);
         total + push.sum() / (count * (count - 1)) as f32
     }
 

@@ -3,7 +3,7 @@
 //! Losses are the paper's: boxes are given to true instances by the cheapest assignment of squared distance, soft overlap and
 //! cross-entropy; scores; focal loss on the masks. Pairs of box and point are taken on an even sample of the tile.
 
-use crate::grouping::{Group, Grouping, Lesson, instances, matrix};
+use crate::grouping::{Group, Grouping, TrainingTile, instances, matrix};
 use geom::{Bounds, Vec3};
 use net::floats;
 use net::prelude::{Device, Linear, Tensor, TensorData, relu, sigmoid, softplus};
@@ -76,9 +76,9 @@ struct Truth {
 }
 
 impl Truth {
-    fn of(lesson: &Lesson<'_>) -> Self {
-        let (count, instance) = instances(lesson.tile);
-        let place = shares(&lesson.tile.position, &lesson.tile.bounds);
+    fn of(sample: &TrainingTile<'_>) -> Self {
+        let (count, instance) = instances(sample.tile);
+        let place = shares(&sample.tile.position, &sample.tile.bounds);
         let mut bounds = vec![Bounds::EMPTY; count];
         for (p, i) in place.iter().zip(&instance) {
             if let Some(i) = i {
@@ -141,21 +141,21 @@ impl Grouping for BoNet {
         vec![(c, 256), (256, BOXES * 6), (256, BOXES), (c, 64), (7, 64), (c, 64), (64, 1)]
     }
 
-    fn loss(&self, layers: &[Linear], features: Tensor<2>, lesson: &Lesson<'_>) -> Tensor<1> {
+    fn loss(&self, layers: &[Linear], features: Tensor<2>, sample: &TrainingTile<'_>) -> Tensor<1> {
         let global = features.clone().max_dim(0); // [1, c]
         let boxes = Boxes::of(layers, global.clone());
-        let truth = Truth::of(lesson);
+        let truth = Truth::of(sample);
         let count = truth.corners.len();
         let matched = truth.assigned(&boxes);
         let mut right = vec![0.0; BOXES];
         matched.iter().for_each(|&b| right[b] = 1.0);
         let odds = boxes.score.clone();
-        let right = matrix(right, BOXES, lesson.device);
+        let right = matrix(right, BOXES, sample.device);
         let scores = (softplus(odds.clone(), 1.0) - odds * right).sum() / BOXES as f32;
         if count == 0 {
             return scores;
         }
-        let device = lesson.device;
+        let device = sample.device;
         let s = truth.place.len();
         let mine = boxes.select(&matched, device);
         let half = |from: usize| -> Vec<f32> {

@@ -52,7 +52,7 @@ impl Method {
 }
 
 /// A tile while it is learnt from.
-pub(crate) struct Lesson<'a> {
+pub(crate) struct TrainingTile<'a> {
     /// Places and truth.
     pub tile: &'a Targets,
     /// Share of the training that is done.
@@ -66,7 +66,7 @@ pub(crate) trait Grouping: Sync {
     /// Inputs and outputs of its linear layers on `c` features a point.
     fn layers(&self, c: usize) -> Vec<(usize, usize)>;
     /// The loss for the features `[n, c]` of a tile.
-    fn loss(&self, layers: &[Linear], features: Tensor<2>, lesson: &Lesson<'_>) -> Tensor<1>;
+    fn loss(&self, layers: &[Linear], features: Tensor<2>, sample: &TrainingTile<'_>) -> Tensor<1>;
     /// Groups among the points with these features, d_max; best first.
     fn groups(&self, layers: &[Linear], features: Tensor<2>, position: &[Vec3]) -> Vec<Group>;
 }

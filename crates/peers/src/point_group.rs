@@ -5,7 +5,7 @@
 //! Its score network is a small U-Net on each group; here two layers and a maximum over the group's points stand for it.
 
 use crate::ball_query::connected;
-use crate::grouping::{Group, Grouping, Lesson, head, instances, iou, matrix};
+use crate::grouping::{Group, Grouping, TrainingTile, head, instances, iou, matrix};
 use geom::Vec3;
 use net::floats;
 use net::prelude::{Linear, Tensor, TensorData, relu, softplus};
@@ -80,8 +80,8 @@ impl Grouping for PointGroup {
         vec![(c, 64), (64, 3), (c, 32), (32, 1), (c, 64), (64, 1)]
     }
 
-    fn loss(&self, layers: &[Linear], features: Tensor<2>, lesson: &Lesson<'_>) -> Tensor<1> {
-        let (tile, device) = (lesson.tile, lesson.device);
+    fn loss(&self, layers: &[Linear], features: Tensor<2>, sample: &TrainingTile<'_>) -> Tensor<1> {
+        let (tile, device) = (sample.tile, sample.device);
         let n = tile.position.len();
         let offset = Self::offset(layers, features.clone());
         let truth: Vec<f32> = tile.offset.iter().flat_map(|o| o.to_array()).collect();
@@ -96,7 +96,7 @@ impl Grouping for PointGroup {
         let odds = Self::on_block(layers, features.clone());
         let block = softplus(odds.clone(), 1.0) - odds.clone() * on.clone();
         let mut total = ((distance - along) * on).sum() / counted + block.sum() / n as f32;
-        if lesson.progress < 0.5 {
+        if sample.progress < 0.5 {
             return total;
         }
         let member: Vec<bool> = floats(odds.detach()).iter().map(|o| *o > 0.0).collect();

@@ -6,7 +6,7 @@
 //! left out with the classes. A matrix of all points of a scene is too large: it is made on an even sample, and the other
 //! points follow the sample point next to them, which stands for the paper's merging of blocks.
 
-use crate::grouping::{Group, Grouping, Lesson, head, instances, matrix};
+use crate::grouping::{Group, Grouping, TrainingTile, head, instances, matrix};
 use geom::{PointGrid, Vec3};
 use net::floats;
 use net::prelude::{Linear, Tensor, TensorData, relu, sigmoid};
@@ -59,8 +59,8 @@ impl Grouping for Sgpn {
         vec![(c, 128), (128, SIMILARITY), (c, 64), (64, 1)]
     }
 
-    fn loss(&self, layers: &[Linear], features: Tensor<2>, lesson: &Lesson<'_>) -> Tensor<1> {
-        let (_, instance) = instances(lesson.tile);
+    fn loss(&self, layers: &[Linear], features: Tensor<2>, sample: &TrainingTile<'_>) -> Tensor<1> {
+        let (_, instance) = instances(sample.tile);
         let on: Vec<usize> = (0..instance.len()).filter(|&i| instance[i].is_some()).collect();
         if on.is_empty() {
             return features.sum() * 0.0;
@@ -72,8 +72,8 @@ impl Grouping for Sgpn {
         let same = |i: usize, j: usize| instance[chosen[i]] == instance[chosen[j]];
         let alike: Vec<f32> = (0..m * m).map(|k| f32::from(same(k / m, k % m))).collect();
         let unlike: Vec<f32> = alike.iter().map(|a| 1.0 - a).collect();
-        let similarity = d.clone() * matrix(alike, m, lesson.device)
-            + relu(-(d.clone().sub_scalar(MARGIN))) * matrix(unlike, m, lesson.device) * ALPHA;
+        let similarity = d.clone() * matrix(alike, m, sample.device)
+            + relu(-(d.clone().sub_scalar(MARGIN))) * matrix(unlike, m, sample.device) * ALPHA;
         let distance = floats(d.detach());
         let overlap: Vec<f32> = (0..m)
             .map(|i| {
@@ -86,7 +86,7 @@ impl Grouping for Sgpn {
                 both as f32 / either.max(1) as f32
             })
             .collect();
-        let off = Self::confidence(layers, x) - matrix(overlap, m, lesson.device);
+        let off = Self::confidence(layers, x) - matrix(overlap, m, sample.device);
         similarity.sum() / (m * m) as f32 + off.square().sum() * (CONFIDENCE / m as f32)
     }
 

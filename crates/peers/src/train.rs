@@ -1,7 +1,7 @@
 //! A peer's training, through the loop that all networks share.
 
 use crate::PeerError;
-use crate::grouping::Lesson;
+use crate::grouping::TrainingTile;
 use crate::network::{Backbone, Peer, PeerConfig, PeerNetwork};
 use geom::{Observer, SeedTree};
 use net::prelude::{Device, GradientsParams, Module};
@@ -45,19 +45,19 @@ pub fn train(
     };
     let training: Training<'_, PeerNetwork> =
         Training::begin::<PeerError>(network, schedule, &checkpoint, device, observer)?;
-    let lessons = Lessons { config, scenes, seed };
-    let outcome = training.run(&lessons, Ok)?;
+    let task = PeerTask { config, scenes, seed };
+    let outcome = training.run(&task, Ok)?;
     let network = outcome.network.valid().to_device(&Device::flex());
     Ok((Peer { config: config.clone(), network }, outcome.steps))
 }
 
-struct Lessons<'a> {
+struct PeerTask<'a> {
     config: &'a PeerConfig,
     scenes: Vec<&'a ThinScene>,
     seed: SeedTree,
 }
 
-impl Lessons<'_> {
+impl PeerTask<'_> {
     fn tile(&self, part: &Part<'_>) -> Targets {
         let node = self.seed.child("tile", part.step).child("replica", part.replica as u64);
         let mut rng = node.rng();
@@ -71,7 +71,7 @@ impl Lessons<'_> {
     }
 }
 
-impl Task for Lessons<'_> {
+impl Task for PeerTask<'_> {
     type Network = PeerNetwork;
     type Batch = u64;
     type Report = f32;
@@ -82,19 +82,19 @@ impl Task for Lessons<'_> {
     fn gradients(&self, network: &PeerNetwork, _: &u64, part: &Part<'_>) -> (GradientsParams, f32) {
         let tile = self.tile(part);
         let progress = part.step as f32 / self.config.steps.max(1) as f32;
-        let lesson = Lesson { tile: &tile, progress, device: part.device };
+        let sample = TrainingTile { tile: &tile, progress, device: part.device };
         let grouping = self.config.method.grouping();
         let share = 1.0 / part.replicas as f32;
         if let Some(unet) = &network.unet {
             let voxels = UnetConfig::default().voxels(&tile.position);
             let trace = unet.trace(&voxels, part.device);
-            let loss = grouping.loss(&network.layers, trace.features(), &lesson);
+            let loss = grouping.loss(&network.layers, trace.features(), &sample);
             let value = floats(loss.clone())[0];
             return (trace.backward(network, &(loss * share), part.device), value);
         }
         let dgcnn = network.dgcnn.as_ref().expect("a peer has one of both backbones");
         let features = dgcnn.features(&inputs_in(&tile.position, &tile.bounds), part.device);
-        let loss = grouping.loss(&network.layers, features, &lesson);
+        let loss = grouping.loss(&network.layers, features, &sample);
         let value = floats(loss.clone())[0];
         (GradientsParams::from_grads((loss * share).backward(), network), value)
     }

@@ -168,6 +168,7 @@ impl<'a> Context<'a> {
                 AROUND * template.model.d_max_m,
             ),
             explained: self.explained,
+            flat_faces: template.flat_faces,
         }
     }
 

@@ -17,7 +17,7 @@ pub struct ReportInput<'a> {
     pub catalog: &'a Catalog,
     /// Blocks found.
     pub recognised: &'a [Recognised],
-    /// The review that the blocks honour: the page's own goes on from it.
+    /// The review that the blocks apply: the page's own goes on from it.
     pub review: Option<&'a Review>,
     /// Blocks to add, if planned.
     pub plan: Option<&'a Plan>,

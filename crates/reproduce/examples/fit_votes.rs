@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenes: u64 = args.get(4).map_or(Ok(4), |s| s.parse())?;
     let mut seen = CalibrationData::default();
     for set in reproduce::site_sets()? {
-        // Sets of several sizes are seen at the largest; blocks of the others are not asked for.
+        // Sets of several sizes are seen at the largest; blocks of the others are not scored.
         let unit_m = scales(&set.catalog)?[0];
         for index in 0..scenes {
             let made = set.scene(seed, index)?;

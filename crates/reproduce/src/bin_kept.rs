@@ -40,7 +40,7 @@ impl RowResult {
         (self.points > 0.0).then(|| self.seconds * 1e5 / self.points)
     }
 
-    /// Share of the parts asked for that were found.
+    /// Share of the scored parts that were found.
     pub fn recall(&self) -> Option<f64> {
         (self.right + self.missed > 0)
             .then(|| self.right as f64 / (self.right + self.missed) as f64)

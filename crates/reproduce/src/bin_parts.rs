@@ -7,7 +7,7 @@ use scene::{BlockModel, Catalog};
 use segment::Split;
 use segment::tile::{LabelledScene, ThinScene};
 use synth::{Recipe, SynthScene};
-use teach::{Blocks, Lessons};
+use teach::{Blocks, TrainingScenes};
 
 /// Name of a part, its recipe, the thesis' name of the part it stands for and its figures there (Table 2.2, FPCC).
 const PARTS: [(&str, &str, &str, [f32; 2]); 5] = [
@@ -75,13 +75,13 @@ impl BinPart {
         digits(&bytes)
     }
 
-    fn lessons(&self) -> Result<Lessons, ReproduceError> {
-        Ok(Lessons::new(self.recipe.clone(), self.catalog.clone(), Blocks::Catalog)?)
+    fn training_scenes(&self) -> Result<TrainingScenes, ReproduceError> {
+        Ok(TrainingScenes::new(self.recipe.clone(), self.catalog.clone(), Blocks::Catalog)?)
     }
 
     /// Shapes that weights trained on it know.
     pub fn shapes(&self) -> Result<Vec<segment::ShapeSignature>, ReproduceError> {
-        Ok(self.lessons()?.shapes())
+        Ok(self.training_scenes()?.shapes())
     }
 
     /// Root of everything that is learnt from.
@@ -90,14 +90,19 @@ impl BinPart {
     }
 
     /// Scene `index` to learn from; never one that is judged on.
-    pub fn lesson(&self, seed: u64, split: Split, index: u64) -> Result<LabelledScene, String> {
+    pub fn training_scene(
+        &self,
+        seed: u64,
+        split: Split,
+        index: u64,
+    ) -> Result<LabelledScene, String> {
         let of = if split == Split::Train { "train" } else { "held out" };
-        let lessons = self.lessons().map_err(|e| e.to_string())?;
-        lessons.scene(index, self.root(seed).child(of, index))
+        let training_scenes = self.training_scenes().map_err(|e| e.to_string())?;
+        training_scenes.scene(index, self.root(seed).child(of, index))
     }
 
     /// The first `count` scenes to learn from, thinned as the networks see them.
-    pub fn thin_lessons(
+    pub fn thin_training_scenes(
         &self,
         bench: &Bench,
         count: u64,
@@ -107,7 +112,7 @@ impl BinPart {
                 return Err(ReproduceError::Stopped);
             }
             let scene = self
-                .lesson(bench.settings.seed, Split::Train, index)
+                .training_scene(bench.settings.seed, Split::Train, index)
                 .map_err(|message| ReproduceError::Recipe { set: self.name.into(), message })?;
             let seed = self.root(bench.settings.seed).child("thin", index);
             Ok(ThinScene::new(&scene, 1.0 / 7.0, 0.35, seed))

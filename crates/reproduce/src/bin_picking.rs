@@ -32,7 +32,7 @@ const REPEATS: u64 = 3;
 struct Extent {
     parts: usize,
     steps: u64,
-    lessons: u64,
+    training_scenes: u64,
     scenes: u64,
     repeats: u64,
     crowds: usize,
@@ -43,13 +43,13 @@ impl Extent {
         let s = bench.settings;
         if s.quick {
             let (steps, scenes) = (s.steps.min(10), 1);
-            return Self { parts: 2, steps, lessons: 4, scenes, repeats: 1, crowds: 2 };
+            return Self { parts: 2, steps, training_scenes: 4, scenes, repeats: 1, crowds: 2 };
         }
         let repeats = REPEATS.min(s.repeats);
         Self {
             parts: 5,
             steps: s.steps,
-            lessons: 40,
+            training_scenes: 40,
             scenes: s.scenes,
             repeats,
             crowds: CROWDS.len(),
@@ -62,7 +62,7 @@ struct Bin<'a> {
     part: &'a BinPart,
     disk: RowsOnDisk,
     extent: &'a Extent,
-    lessons: OnceCell<Vec<ThinScene>>,
+    training_scenes: OnceCell<Vec<ThinScene>>,
     scenes: OnceCell<Vec<SynthScene>>,
     /// Networks by the name of their training: ending a training fits its confidence, which is done once.
     networks: RefCell<BTreeMap<String, Ready>>,
@@ -78,22 +78,22 @@ impl<'a> Bin<'a> {
             "seed {} steps {} lessons {} mesh {} {}",
             bench.settings.seed,
             extent.steps,
-            extent.lessons,
+            extent.training_scenes,
             part.mesh_digits(),
             env!("CARGO_PKG_VERSION")
         );
         let settings = format!("{trainings} scenes {}", extent.scenes);
         let disk = RowsOnDisk::at(&folder, settings, trainings)?;
-        let (lessons, scenes) = Default::default();
-        Ok(Self { part, disk, extent, lessons, scenes, networks: Default::default() })
+        let (training_scenes, scenes) = Default::default();
+        Ok(Self { part, disk, extent, training_scenes, scenes, networks: Default::default() })
     }
 
-    fn lessons(&self, bench: &Bench) -> Result<&[ThinScene], ReproduceError> {
-        if self.lessons.get().is_none() {
-            let made = self.part.thin_lessons(bench, self.extent.lessons)?;
-            let _ = self.lessons.set(made);
+    fn training_scenes(&self, bench: &Bench) -> Result<&[ThinScene], ReproduceError> {
+        if self.training_scenes.get().is_none() {
+            let made = self.part.thin_training_scenes(bench, self.extent.training_scenes)?;
+            let _ = self.training_scenes.set(made);
         }
-        Ok(self.lessons.get().map_or(&[], |l| l))
+        Ok(self.training_scenes.get().map_or(&[], |l| l))
     }
 
     fn scenes(&self, bench: &Bench) -> Result<&[SynthScene], ReproduceError> {
@@ -115,9 +115,14 @@ impl<'a> Bin<'a> {
         if let Some(ready) = self.networks.borrow().get(name) {
             return Ok(ready.clone());
         }
-        let lessons = self.lessons(bench)?;
-        let course =
-            Course { part: self.part, lessons, disk: &self.disk, steps: self.extent.steps, repeat };
+        let training_scenes = self.training_scenes(bench)?;
+        let course = Course {
+            part: self.part,
+            training_scenes,
+            disk: &self.disk,
+            steps: self.extent.steps,
+            repeat,
+        };
         let ready = Rc::new(net.train(bench, &course, name)?);
         self.networks.borrow_mut().insert(name.into(), ready.clone());
         Ok(ready)
@@ -182,12 +187,12 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
 }
 
 fn words(extent: &Extent, with_data: bool) -> String {
-    let Extent { steps, lessons, scenes, .. } = extent;
+    let Extent { steps, training_scenes, scenes, .. } = extent;
     let whose = if with_data { "Meshes and scenes of the folder given take part. " } else { "" };
     format!(
         "Parts of our own design that stand for the thesis' (in brackets), in a bin under a structured-light camera; floor and walls \
-         are cut away, as the method has it. {steps} steps a network on up to {lessons} simulated bins of the part, judged on {scenes} \
-         others; parts hidden to 80 % or more are not asked for. FPCC begins with the shipped tetrapod weights and FPCCv2 with those for \
+         are cut away, as the method has it. {steps} steps a network on up to {training_scenes} simulated bins of the part, judged on {scenes} \
+         others; parts hidden to 80 % or more are not scored. FPCC begins with the shipped tetrapod weights and FPCCv2 with those for \
          any shape where the row does not say otherwise; U-Net and peers begin from nothing. The depth-image watershed stands for \
          SD-Mask and is no reproduction of it. {whose}\n\n"
     )

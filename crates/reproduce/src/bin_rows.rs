@@ -90,7 +90,7 @@ pub struct Course<'a> {
     /// The part.
     pub part: &'a BinPart,
     /// Scenes the peers learn from; the stage's networks draw as many from the same seeds.
-    pub lessons: &'a [ThinScene],
+    pub training_scenes: &'a [ThinScene],
     /// Where trainings are kept.
     pub disk: &'a RowsOnDisk,
     /// Optimiser steps.
@@ -117,7 +117,7 @@ impl Net {
                     ..PeerConfig::new(*method, *backbone, course.steps)
                 };
                 let (peer, steps) =
-                    peers::train(course.lessons, &config, &folder, seed, bench.observer)?;
+                    peers::train(course.training_scenes, &config, &folder, seed, bench.observer)?;
                 finished(steps, course.steps)?;
                 Ok((Trained::Peer(Box::new(peer)), steps))
             }
@@ -125,7 +125,7 @@ impl Net {
                 let config = self.config(course)?;
                 let init = self.init()?;
                 let (part, root) = (course.part, bench.settings.seed);
-                let source = |split: Split, index: u64| part.lesson(root, split, index);
+                let source = |split: Split, index: u64| part.training_scene(root, split, index);
                 let trained =
                     train(&source, &config, init.as_ref(), &folder, seed, bench.observer)?;
                 finished(trained.steps, course.steps)?;
@@ -135,19 +135,19 @@ impl Net {
     }
 
     fn config(&self, course: &Course<'_>) -> Result<TrainConfig, ReproduceError> {
-        let lessons = course.lessons.len() as u64;
+        let training_scenes = course.training_scenes.len() as u64;
         let mut config = TrainConfig {
             steps: course.steps,
             warmup: (course.steps / 10).clamp(1, 50),
             mirror: course.part.mirrored,
-            scenes_first: lessons.clamp(1, 12),
-            scenes_kept: lessons.max(1),
+            scenes_first: training_scenes.clamp(1, 12),
+            scenes_kept: training_scenes.max(1),
             // New scenes come until there are as many as the peers have.
-            steps_per_scene: (course.steps / lessons.max(1)).max(1),
+            steps_per_scene: (course.steps / training_scenes.max(1)).max(1),
             checkpoint_steps: 100,
             validation_steps: course.steps.max(1),
             validation_scenes: 2,
-            calibration_scenes: lessons.clamp(2, 6),
+            calibration_scenes: training_scenes.clamp(2, 6),
             name: format!("bin-picking, {}", course.part.name),
             shapes: course.part.shapes()?,
             ..Default::default()

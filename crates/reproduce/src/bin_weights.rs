@@ -23,7 +23,7 @@ const QUICK_PARTS: usize = 2;
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let data = bench.data.map(BinData::of).transpose()?;
     let own = |name: &str| data.as_ref().map_or(Ok(None), |d| d.model(name));
-    let mut heads = vec!["part, bin".to_string(), "asked for".to_string()];
+    let mut heads = vec!["part, bin".to_string(), "scored".to_string()];
     heads.extend(READINGS.iter().map(|r| format!("{} P/R %", r.0)));
     heads.extend(["votes AP50 %", "votes s", "poses s"].map(String::from));
     let mut table = Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
@@ -46,7 +46,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     }
     let foreign = data.map(|d| foreign_table(bench, &parts, &d)).transpose()?;
     Ok(format!(
-        "{} scenes a row; parts hidden to 80 % or more are not asked for. Weights: {}.\n\n{}{}",
+        "{} scenes a row; parts hidden to 80 % or more are not scored. Weights: {}.\n\n{}{}",
         bench.settings.scenes,
         weights.join("; "),
         table.finish(),

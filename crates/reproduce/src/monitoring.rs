@@ -110,7 +110,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     Ok(format!(
         "Storms on {} scenes of each pair of sensors; every block suffers one thing at most: kicked 5 %, turned 5 %, missing \
          4 %, broken 4 %, rolled by a symmetry 2 %, added 3 % (a fifth of that in a quiet year; of *broken legs* every eighth block breaks and nothing else happens); datum step of up to 6 cm and 0.05°. Blocks recognised with their true pose \
-         in both surveys are asked for.\n\n{}\n{}",
+         in both surveys are scored.\n\n{}\n{}",
         bench.settings.scenes,
         table.finish(),
         calibration.finish()

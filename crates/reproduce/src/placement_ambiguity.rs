@@ -15,7 +15,7 @@ use plan::{
 };
 use scene::{BlockModel, Catalog, Shape, SiteFrame};
 use synth::Recipe;
-use teach::PlacementLessons;
+use teach::PlacementScenes;
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "placement-ambiguity",
@@ -91,11 +91,11 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         Catalog::new(vec![tetrapod("tetrapod-2.0m", 2.0)?, tetrapod("tetrapod-2.1m", 2.1)?]);
     let block = catalog.get(catalog.find("tetrapod-2.1m").expect("it was just put there"));
     let model = PlacementModel::shipped()?;
-    let lessons = PlacementLessons { recipe: &recipe, catalog: &catalog, block };
+    let scenes = PlacementScenes { recipe: &recipe, catalog: &catalog, block };
     let mut found = Found::default();
     for index in 0..bench.settings.scenes {
         let seed = SeedTree::new(bench.settings.seed);
-        let background = lessons.background(Split::HeldOut, index, seed).map_err(|message| {
+        let background = scenes.background(Split::HeldOut, index, seed).map_err(|message| {
             ReproduceError::Placement(placement::PlacementError::Background { index, message })
         })?;
         let frame = SiteFrame::default();

@@ -9,7 +9,7 @@ use placement::{
 };
 use scene::{BlockModel, Catalog, Shape};
 use synth::Recipe;
-use teach::PlacementLessons;
+use teach::PlacementScenes;
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "placement-network",
@@ -85,7 +85,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         env!("CARGO_PKG_VERSION")
     );
     let folder = bench.folder.join(training_folder("placement-network", &settings));
-    let lessons = PlacementLessons { recipe: &recipe, catalog: &catalog, block };
+    let scenes = PlacementScenes { recipe: &recipe, catalog: &catalog, block };
     let common = TrainConfig {
         samples: amount,
         steps: bench.settings.steps,
@@ -94,7 +94,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         ..TrainConfig::default()
     };
     let [samples, held_out] =
-        lessons.samples(&common, &folder.join("data"), seed, bench.observer)?;
+        scenes.samples(&common, &folder.join("data"), seed, bench.observer)?;
     let mut table = Table::new(&[
         "network",
         "rotation error",

@@ -10,7 +10,7 @@ use synth::SynthScene;
 
 /// Heads of [`figures`]' columns, after the first.
 pub const FIGURES: [&str; 9] = [
-    "asked for",
+    "scored",
     "P %",
     "R %",
     "E_d mm",

@@ -8,7 +8,7 @@ use crate::{Bench, Experiment, ReproduceError, Table, site_sets};
 use geom::SeedTree;
 use segment::loss::{LossConfig, PairDistance, PairLossConfig};
 use segment::{Clustering, SegmentConfig, Split, TrainConfig, segment, train};
-use teach::{Blocks, Lessons};
+use teach::{Blocks, TrainingScenes};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "segmentation-loss",
@@ -40,10 +40,11 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     // The smallest site seen from the air: what is compared here are losses, not sensors.
     let set = &sets[0];
     let scenes = set.held_out(bench).collect::<Result<Vec<_>, _>>()?;
-    let lessons = Lessons::new(set.recipe.clone(), set.catalog.clone(), Blocks::Catalog)?;
+    let training_scenes =
+        TrainingScenes::new(set.recipe.clone(), set.catalog.clone(), Blocks::Catalog)?;
     let root = SeedTree::new(bench.settings.seed).child("loss ablation", 0);
     let source = |split: Split, index: u64| {
-        lessons.scene(
+        training_scenes.scene(
             index,
             root.child(if split == Split::Train { "train" } else { "held out" }, index),
         )
@@ -62,7 +63,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             steps: bench.settings.steps,
             warmup: (bench.settings.steps / 10).max(1),
             name: format!("ablation, {name}"),
-            shapes: lessons.shapes(),
+            shapes: training_scenes.shapes(),
             ..usual
         };
         let settings = format!(

@@ -11,7 +11,7 @@ use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
 use geom::SeedTree;
 use segment::sparse_votes::SparseVotesConfig;
 use segment::{NetworkConfig, SegmentConfig, SegmentModel, Split, TrainConfig, segment, train};
-use teach::{Blocks, Lessons};
+use teach::{Blocks, TrainingScenes};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "segmentation-networks",
@@ -88,17 +88,18 @@ fn trained(
     steps: u64,
     disk: &RowsOnDisk,
 ) -> Result<Made, ReproduceError> {
-    let lessons: Vec<Lessons> = sets
+    let training_scenes: Vec<TrainingScenes> = sets
         .iter()
-        .map(|s| Lessons::new(s.recipe.clone(), s.catalog.clone(), Blocks::Catalog))
+        .map(|s| TrainingScenes::new(s.recipe.clone(), s.catalog.clone(), Blocks::Catalog))
         .collect::<Result<_, _>>()?;
     let root = SeedTree::new(bench.settings.seed).child("networks", 0);
     let source = |split: Split, index: u64| {
         let of = if split == Split::Train { "train" } else { "held out" };
-        lessons[(index % lessons.len() as u64) as usize].scene(index, root.child(of, index))
+        training_scenes[(index % training_scenes.len() as u64) as usize]
+            .scene(index, root.child(of, index))
     };
     let mut shapes = Vec::new();
-    for shape in lessons.iter().flat_map(Lessons::shapes) {
+    for shape in training_scenes.iter().flat_map(TrainingScenes::shapes) {
         if !shapes.iter().any(|s: &segment::ShapeSignature| s.matches(&shape)) {
             shapes.push(shape);
         }

@@ -31,7 +31,7 @@ const RECIPE: &str =
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut table = Table::new(&[
         "shape, clustering",
-        "blocks asked for",
+        "scored blocks",
         "P %",
         "R %",
         "AP50 %",

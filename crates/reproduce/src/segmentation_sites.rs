@@ -14,15 +14,12 @@ pub const EXPERIMENT: Experiment = Experiment {
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut table =
-        Table::new(&["set, clustering", "blocks asked for", "P %", "R %", "AP %", "AP50 %"]);
+        Table::new(&["set, clustering", "scored blocks", "P %", "R %", "AP %", "AP50 %"]);
     let mut weights = Vec::new();
     let white_noise = white_noise_sets()?;
     let without_ground: Vec<&str> = white_noise.iter().map(|s| s.name).collect();
     for set in table_sets(bench.settings.quick)?.into_iter().chain(white_noise.clone()) {
-        let default = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let default = bench.network(&set.catalog)?;
         let mut ways = vec![("votes (default)", Clustering::Votes, default.clone())];
         ways.push(("embedding (thesis)", Clustering::Embedding, default));
         if without_ground.contains(&set.name)

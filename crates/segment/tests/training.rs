@@ -8,7 +8,8 @@ use segment::fpccv2::FpccV2Config;
 use segment::loss::LossConfig;
 use segment::tile::LabelledScene;
 use segment::{NetworkConfig, SegmentError, Split, TrainConfig, train};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -128,19 +129,44 @@ fn a_stopped_training_goes_on_as_if_it_had_not_stopped() {
     );
 }
 
-/// Model, learning curve and settings; the checkpoint's own files hold numbers that the library draws for its parameters.
+/// Every file of a training's folder. The checkpoint's once held numbers that the library draws for its parameters.
 #[test]
 fn the_same_training_leaves_the_same_bytes() {
     let _alone = ALONE.lock().unwrap_or_else(|e| e.into_inner());
     let trained = |seed: u64| {
         let folder = tempfile::tempdir().unwrap();
         train(&balls, &small(7), None, folder.path(), SeedTree::new(seed), &Silent).unwrap();
-        ["model.safetensors", "curve.csv", "config.json"]
-            .map(|name| std::fs::read(folder.path().join(name)).unwrap())
+        files_below(folder.path())
     };
     let once = trained(3);
-    assert!(once == trained(3), "the same seed gives other bytes");
-    assert!(once[0] != trained(4)[0], "another seed is another training");
+    assert!(once.contains_key(Path::new("checkpoint/optimiser.bpk")), "{:?}", once.keys());
+    let again = trained(3);
+    for (name, bytes) in &once {
+        assert!(
+            again.get(name) == Some(bytes),
+            "{}: the same seed gives other bytes",
+            name.display()
+        );
+    }
+    assert_eq!(again.len(), once.len());
+    let model = Path::new("model.safetensors");
+    assert!(once[model] != trained(4)[model], "another seed is another training");
+}
+
+fn files_below(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let (mut found, mut open) = (BTreeMap::new(), vec![folder.to_path_buf()]);
+    while let Some(here) = open.pop() {
+        for entry in std::fs::read_dir(&here).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_path_buf();
+                found.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
 }
 
 #[test]

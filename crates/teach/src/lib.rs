@@ -3,8 +3,8 @@
 //! In: a recipe and its blocks, a seed. Out: the scenes that `segment::train` and `placement::train` draw. The shipped program
 //! does not know this room.
 
-mod placement_lessons;
-mod segment_lessons;
+mod placement_scenes;
+mod training_scenes;
 
-pub use placement_lessons::PlacementLessons;
-pub use segment_lessons::{Blocks, Lessons};
+pub use placement_scenes::PlacementScenes;
+pub use training_scenes::{Blocks, TrainingScenes};

@@ -94,7 +94,7 @@ fn copy(from: &Path, to: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Puts a reviewer's decisions into a site folder: the next run honours them. Error: the text is no review.
+/// Puts a reviewer's decisions into a site folder: the next run applies them. Error: the text is no review.
 pub fn write_review(folder: &Path, text: &str) -> Result<()> {
     let file = folder.join(io::review::FILE);
     let mut input = io::Input::of_bytes(&file, text.as_bytes());

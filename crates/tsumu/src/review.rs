@@ -76,7 +76,7 @@ impl ReviewRecord {
     pub fn line(&self) -> String {
         let by = if self.reviewer.is_empty() { "an unnamed reviewer" } else { &self.reviewer };
         format!(
-            "{} decisions by {by} honoured ({FILE}); {} of them changed this run's blocks",
+            "{} decisions by {by} applied ({FILE}); {} of them changed this run's blocks",
             self.decisions.len(),
             self.changed()
         )
@@ -121,7 +121,7 @@ pub(crate) fn is_of_run(
         return Ok(true);
     }
     let message =
-        format!("{} is not the one this run honoured; `tsumu run` again does so", path.display());
+        format!("{} is not the one this run applied; `tsumu run` again does so", path.display());
     observer.event(Event::Warned(Warning { stage: Stage::Review, message }));
     Ok(false)
 }

@@ -1,7 +1,7 @@
 """Statements of a run against the truth of its scene, counted by the rules of `tsumu evaluate` but by other code.
 
 A statement is right when its centre is within 0.1 d_box and its rotation within 5° modulo symmetry of a true block nobody else
-has; blocks hidden to 80 % or more are not asked for, and a statement that meets one counts neither way.
+has; blocks hidden to 80 % or more are not scored, and a statement that meets one counts neither way.
 """
 
 import csv

@@ -48,7 +48,7 @@ pub struct EvaluateArgs {
     /// Also write the figures to this JSON file
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Blocks at or above this occlusion are not asked for
+    /// Blocks at or above this occlusion are not scored
     #[arg(long, value_name = "RATE", default_value_t = 0.8, conflicts_with = "labels")]
     pub occlusion_limit: f32,
 }

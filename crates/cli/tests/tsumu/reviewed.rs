@@ -46,7 +46,7 @@ fn a_review_stands_and_is_recorded() {
     assert_eq!(verify.code, 1);
     assert!(verify.out.contains("review.json: came after the run"), "{}", verify.out);
     let page = ok(&["report", &text(&run)]);
-    assert!(page.err.contains("review.json is not the one this run honoured"), "{}", page.err);
+    assert!(page.err.contains("review.json is not the one this run applied"), "{}", page.err);
 
     let again = ok(&arguments);
     assert!(again.out.contains("3 decisions by Sato"), "{}", again.out);

@@ -9,7 +9,7 @@ use synth::Recipe;
 
 /// A recipe with its blocks and the one that is placed on its piles.
 #[derive(Clone, Copy, Debug)]
-pub struct PlacementLessons<'a> {
+pub struct PlacementScenes<'a> {
     /// Recipe of the background piles; its sensor is not used.
     pub recipe: &'a Recipe,
     /// Its blocks.
@@ -18,7 +18,7 @@ pub struct PlacementLessons<'a> {
     pub block: &'a BlockModel,
 }
 
-impl PlacementLessons<'_> {
+impl PlacementScenes<'_> {
     /// Windows to learn from and windows to judge by; what was made is kept in `folder`.
     pub fn samples(
         &self,

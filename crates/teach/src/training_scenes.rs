@@ -21,7 +21,7 @@ pub enum Blocks {
 
 /// A recipe with its blocks.
 #[derive(Clone, Debug)]
-pub struct Lessons {
+pub struct TrainingScenes {
     recipe: Recipe,
     catalog: Catalog,
     blocks: Blocks,
@@ -32,7 +32,7 @@ pub struct Lessons {
 /// Piles of other shapes tried before giving up; some random blocks never settle.
 const MOST_SHAPES: u64 = 4;
 
-impl Lessons {
+impl TrainingScenes {
     /// Errors: an empty catalogue or a block without size.
     pub fn new(recipe: Recipe, catalog: Catalog, blocks: Blocks) -> Result<Self, SegmentError> {
         let units_m = segment::scales(&catalog)?;
@@ -153,16 +153,17 @@ fn labelled(
 mod tests {
     use super::*;
 
-    fn lessons(blocks: Blocks) -> Lessons {
+    fn training_scenes(blocks: Blocks) -> TrainingScenes {
         let text = "name = \"t\"\ncount = [6, 6]\ndensity_per_m2 = 100\n[bed]\nstone_blocks = 0.0\n\
                     [sensor]\nkind = \"gaussian\"\n";
         let model = blocks::shape_model("t", Shape::Tetrapod { size: 2.0 }, 2300.0).unwrap();
-        Lessons::new(Recipe::parse(text).unwrap(), Catalog::new(vec![model]), blocks).unwrap()
+        TrainingScenes::new(Recipe::parse(text).unwrap(), Catalog::new(vec![model]), blocks)
+            .unwrap()
     }
 
     #[test]
     fn any_shape_means_many_shapes_of_about_one_size() {
-        let any = lessons(Blocks::AnyShape);
+        let any = training_scenes(Blocks::AnyShape);
         let drawn: Vec<BlockModel> =
             (0..40).map(|i| any.any_shape(SeedTree::new(i)).unwrap()).collect();
         let own = any.catalog.d_max_m();
@@ -179,7 +180,7 @@ mod tests {
     #[test]
     fn every_point_of_a_block_lies_within_reach_of_its_centre() {
         for blocks in [Blocks::Catalog, Blocks::AnyShape] {
-            let scene = lessons(blocks).scene(0, SeedTree::new(3)).unwrap();
+            let scene = training_scenes(blocks).scene(0, SeedTree::new(3)).unwrap();
             assert!(scene.instance.iter().any(|&i| i > 0));
             for (p, &i) in scene.position_m.iter().zip(&scene.instance).filter(|(_, i)| **i > 0) {
                 assert!((scene.centre_m[i as usize - 1] - *p).length() < 1.2 * scene.unit_m);
