@@ -30,6 +30,11 @@ const FITS: &[Fit] = &[
         about: "weights of the pose stage's confidence, crates/pose/fitted/confidence.txt",
         run: pose_confidence,
     },
+    Fit {
+        name: "type-confidence",
+        about: "what the type's margin says, crates/pose/fitted/type-confidence.txt",
+        run: type_confidence,
+    },
 ];
 
 pub fn fit(args: &[&str]) -> Result<()> {
@@ -65,14 +70,34 @@ fn votes(weights: &str, out: &Path) -> Result<()> {
 /// Makes piles and scenes without blocks from two seeds and fits the weights to the features of every accepted block; how well
 /// each seed is predicted from the other is told on the standard error. `OUT/confidence.txt` is the file with the new weights.
 fn pose_confidence(out: &Path) -> Result<()> {
-    let example = "fit_pose_confidence";
-    done(cargo(&["build", "--release", "--locked", "-p", "pose", "--example", example]))?;
-    let program = built().join("release/examples").join(example).display().to_string();
+    let program = fitter()?;
     let file = |name: &str| out.join(name).display().to_string();
-    let seeds = ["710001", "810001"].map(|seed| (seed, file(&format!("features-{seed}.csv"))));
+    let seeds = SEEDS.map(|seed| (seed, file(&format!("features-{seed}.csv"))));
     for (seed, features) in &seeds {
         done(command(&program, ["collect", seed, "1", features]))?;
     }
     let [(_, first), (_, second)] = &seeds;
     done(command(&program, ["fit", first, second, &file("confidence.txt")]))
+}
+
+/// Makes piles of two types that are easily mixed up from two seeds and fits what a margin says to the blocks that are in their
+/// places. `OUT/type-confidence.txt` is the file with the new weights.
+fn type_confidence(out: &Path) -> Result<()> {
+    let program = fitter()?;
+    let file = |name: &str| out.join(name).display().to_string();
+    let seeds = SEEDS.map(|seed| (seed, file(&format!("types-{seed}.csv"))));
+    for (seed, rows) in &seeds {
+        done(command(&program, ["collect-types", seed, rows]))?;
+    }
+    let [(_, first), (_, second)] = &seeds;
+    done(command(&program, ["fit-types", first, second, &file("type-confidence.txt")]))
+}
+
+/// Seeds of what is fitted to; no figure is measured on them.
+const SEEDS: [&str; 2] = ["710001", "810001"];
+
+fn fitter() -> Result<String> {
+    let example = "fit_pose_confidence";
+    done(cargo(&["build", "--release", "--locked", "-p", "pose", "--example", example]))?;
+    Ok(built().join("release/examples").join(example).display().to_string())
 }

@@ -8,12 +8,13 @@ use crate::body::{Body, Difference, difference};
 use crate::change::Class;
 use crate::compare::{CompareConfig, Comparison, compare};
 use crate::dense::zeros;
+use crate::layer::{Figures, figures};
 use crate::matching::{MatchConfig, matched};
 use crate::single::{Only, Single, solids};
 use crate::surface_samples::samples;
 use crate::view::View;
 use crate::{Epoch, MonitorError, SeenBlock, StableGround};
-use geom::{DVec3, HeightMap, Observer, PointGrid, Vec3};
+use geom::{DVec3, Observer, PointGrid, Vec3};
 use scene::{Catalog, Placement, Plan};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -167,9 +168,17 @@ pub fn as_built(
     let taken: BTreeSet<usize> = pairs.iter().map(|p| p.later).collect();
     let untaken = new.iter().enumerate().filter(|(i, _)| !taken.contains(i));
     blocks.extend(untaken.map(|(_, body)| extra(body, later)));
-    let mut out = figures(&new, earlier, comparison, catalog);
-    out.blocks = blocks;
-    Ok(out)
+    let Figures { concrete_m3, area_m2, porosity_measured, porosity_of_poses, packing } =
+        figures(&new, earlier, &comparison.later_points, catalog);
+    Ok(AsBuilt {
+        blocks,
+        comparison,
+        concrete_m3,
+        area_m2,
+        porosity_measured,
+        porosity_of_poses,
+        packing,
+    })
 }
 
 fn planned_body(index: usize, placement: &Placement, catalog: &Catalog) -> Body {
@@ -345,56 +354,4 @@ fn extra(body: &Body, later: &Epoch) -> BuiltBlock {
         centre: body.centre.as_vec3(),
         note: String::new(),
     }
-}
-
-/// Cell of the grids that volumes are measured on, in block lengths.
-const CELL: f32 = 0.08;
-
-/// Concrete, porosity two ways and packing of the new blocks.
-fn figures(new: &[Body], earlier: &Epoch, comparison: Comparison, catalog: &Catalog) -> AsBuilt {
-    let volume = |b: &Body| f64::from(catalog.get(b.model).volume_m3);
-    // Adding to 0 keeps an empty sum from being −0.
-    let concrete_m3: f64 = 0.0 + new.iter().map(volume).sum::<f64>();
-    let mut out = AsBuilt {
-        blocks: Vec::new(),
-        comparison,
-        concrete_m3,
-        area_m2: 0.0,
-        porosity_measured: None,
-        porosity_of_poses: None,
-        packing: None,
-    };
-    if new.is_empty() {
-        return out;
-    }
-    let size_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
-    let bounds = earlier.survey.cloud.bounds().grown(size_m);
-    let empty = || HeightMap::empty(bounds.min.truncate(), bounds.max.truncate(), CELL * size_m);
-    let (mut before, mut after) = (empty(), empty());
-    before.raise_points(&earlier.survey.cloud.position_m);
-    after.raise_points(&out.comparison.later_points);
-    before.fill_empty();
-    after.fill_empty();
-    let mut posed = before.clone();
-    for body in new {
-        let model = catalog.get(body.model);
-        posed.raise(&model.mesh, &body.pose(model));
-    }
-    let cell = f64::from(before.cell_m).powi(2);
-    let (mut measured, mut of_poses, mut area) = (0.0, 0.0, 0.0);
-    for ((z0, z1), zp) in before.z_m.iter().zip(&after.z_m).zip(&posed.z_m) {
-        // Where a new block covers the old surface.
-        if z0.is_finite() && z1.is_finite() && zp > z0 {
-            area += cell;
-            of_poses += cell * f64::from(zp - z0);
-            measured += cell * f64::from(z1 - z0);
-        }
-    }
-    let porosity = |volume: f64| (volume > 0.0).then(|| 1.0 - concrete_m3 / volume);
-    let dn2 = new.iter().map(|b| volume(b).powf(2.0 / 3.0)).sum::<f64>() / new.len() as f64;
-    out.area_m2 = area;
-    out.porosity_measured = porosity(measured);
-    out.porosity_of_poses = porosity(of_poses);
-    out.packing = (area > 0.0).then(|| new.len() as f64 * dn2 / area);
-    out
 }

@@ -4,18 +4,19 @@ use crate::body::{Body, Difference, difference};
 use crate::breakage::{BreakageConfig, gone_by_itself_m2, gone_m2, limit_blocks2};
 use crate::change::{Change, Class};
 use crate::common_error::{self, CommonError};
-use crate::dense::{Matrix, cholesky, distance2, sum, zeros};
+use crate::dense::{cholesky, distance2, sum, zeros};
 use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
-use crate::matching::{MatchConfig, Pair, matched};
+use crate::matching::{MatchConfig, Pair};
 use crate::motion::{Motion, covariance_at};
-use crate::registration::{self, Basis, CommonMovement, Registration, RegistrationConfig};
+use crate::registering::{Frame, Registered, register};
+use crate::registration::{Basis, CommonMovement, MovedAlike, Registration, RegistrationConfig};
 use crate::room::Room;
 use crate::single::{Only, Single, SingleConfig, Solids, solids};
-use crate::stable::{self, StableGround};
+use crate::stable::StableGround;
 use crate::surface_samples::{Samples, samples};
 use crate::view::View;
 use crate::{Epoch, MonitorError};
-use geom::{Bounds, DVec3, Observer, PointGrid, Vec3};
+use geom::{Observer, PointGrid, Vec3};
 use rayon::prelude::*;
 use scene::{Catalog, Survey};
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,8 @@ pub struct Comparison {
     pub on_ground: Option<Registration>,
     /// What the blocks did together against the ground.
     pub common_movement: Option<CommonMovement>,
+    /// Blocks that moved alike, beside those that stood still; empty: there are none.
+    pub moved_alike: Vec<MovedAlike>,
     /// What both sensors do to every block.
     pub common_error: CommonError,
     /// The later survey's points, registered.
@@ -121,206 +124,6 @@ fn check(earlier: &Epoch, later: &Epoch, catalog: &Catalog) -> Result<(), Monito
     if gap_m > 0.0 { Err(MonitorError::NoOverlap { gap_m }) } else { Ok(()) }
 }
 
-/// Both epochs in the earlier one's local frame, not yet registered.
-struct Frame {
-    earlier: Vec<Body>,
-    later: Vec<Body>,
-    /// The later survey's points and sensors.
-    points: Vec<Vec3>,
-    sensors: Vec<Vec3>,
-    pivot: DVec3,
-    size_m: f64,
-}
-
-impl Frame {
-    fn of(earlier: &Epoch, later: &Epoch, catalog: &Catalog) -> Self {
-        let origin = DVec3::from_array(later.survey.frame.origin)
-            - DVec3::from_array(earlier.survey.frame.origin);
-        let moved = |p: &Vec3| (p.as_dvec3() + origin).as_vec3();
-        let bodies = (Body::all(earlier, catalog, DVec3::ZERO), Body::all(later, catalog, origin));
-        let bounds = Bounds::of(bodies.0.iter().map(|b| b.centre.as_vec3()));
-        let pivot = if bounds.is_empty() {
-            earlier.survey.cloud.bounds().centre()
-        } else {
-            bounds.centre()
-        };
-        Self {
-            earlier: bodies.0,
-            later: bodies.1,
-            points: later.survey.cloud.position_m.iter().map(moved).collect(),
-            sensors: later.survey.sensor_positions.iter().map(moved).collect(),
-            pivot: pivot.as_dvec3(),
-            size_m: catalog.iter().map(|(_, m)| f64::from(m.d_box_m)).fold(0.0, f64::max),
-        }
-    }
-}
-
-/// Registrations and pairs.
-struct Registered {
-    reference: Registration,
-    on_blocks: Option<Registration>,
-    on_ground: Option<Registration>,
-    common_movement: Option<CommonMovement>,
-    common_error: CommonError,
-    pairs: Vec<Pair>,
-}
-
-fn register(
-    frame: &Frame,
-    earlier: &Epoch,
-    later: &Epoch,
-    catalog: &Catalog,
-    stable: &StableGround,
-    config: &CompareConfig,
-) -> Result<Registered, MonitorError> {
-    let usual = CommonError::usual(earlier.survey.sensor, later.survey.sensor, frame.size_m / 2.0);
-    let few = frame.earlier.len().min(frame.later.len());
-    let on_blocks =
-        if few >= 3 { blocks_registered(frame, catalog, &usual, config)? } else { None };
-    let start = on_blocks.as_ref().map_or(Motion::none(frame.pivot), |(r, _, _)| r.motion);
-    let on_ground = stable::registered(
-        [earlier, later],
-        &frame.points,
-        stable,
-        frame.size_m,
-        start,
-        config.registration.cluster_blocks * frame.size_m,
-    );
-    let common_movement = match (&on_blocks, &on_ground) {
-        (Some((b, _, _)), Some(g)) => Some(registration::common_movement(b, g)),
-        _ => None,
-    };
-    let blocks_only = on_blocks.as_ref().map(|b| b.0);
-    let reference = if config.registration.fixed {
-        Registration::fixed(frame.pivot)
-    } else {
-        let absolute = on_ground.filter(|g| g.basis == Basis::StableGround);
-        let joined = match (absolute, blocks_only) {
-            (Some(g), Some(b)) => registration::joined(&b, &g),
-            (absolute, _) => absolute,
-        };
-        joined.or(blocks_only).unwrap_or(Registration::fixed(frame.pivot))
-    };
-    within_limits(&reference, &config.registration)?;
-    let found = on_blocks.map(|(_, error, pairs)| (error, pairs));
-    let (common_error, pairs) = match found {
-        // Fixed coordinates and absolute heights ask for their own pairs.
-        Some((error, _)) if reference.basis != Basis::Blocks => {
-            (error, pairs_at(frame, &reference, catalog, &error, config)?)
-        }
-        Some(found) => found,
-        None => (usual, pairs_at(frame, &reference, catalog, &usual, config)?),
-    };
-    Ok(Registered {
-        reference,
-        on_blocks: blocks_only,
-        on_ground,
-        common_movement,
-        common_error,
-        pairs,
-    })
-}
-
-fn pairs_at(
-    frame: &Frame,
-    registration: &Registration,
-    catalog: &Catalog,
-    error: &CommonError,
-    config: &CompareConfig,
-) -> Result<Vec<Pair>, MonitorError> {
-    let later: Vec<Body> = frame.later.iter().map(|b| b.moved(&registration.motion)).collect();
-    matched(&frame.earlier, &later, catalog, &error.covariance(), &config.matching)
-}
-
-/// Rounds of matching, registering and estimating what the sensors do.
-const ROUNDS: usize = 4;
-/// Blocks that must agree on a shift, of the smaller epoch.
-const AGREEING: f64 = 0.2;
-
-type OnBlocks = Option<(Registration, CommonError, Vec<Pair>)>;
-
-fn blocks_registered(
-    frame: &Frame,
-    catalog: &Catalog,
-    usual: &CommonError,
-    config: &CompareConfig,
-) -> Result<OnBlocks, MonitorError> {
-    let mut motion = Motion::none(frame.pivot);
-    if !config.registration.fixed {
-        let reach_m = config.registration.most_shift_m.max(0.5 * frame.size_m);
-        let bin_m = 0.06 * frame.size_m;
-        let (shift, agreeing) =
-            registration::common_shift(&frame.earlier, &frame.later, reach_m, bin_m);
-        let blocks = frame.earlier.len().min(frame.later.len());
-        if (agreeing as f64) < (AGREEING * blocks as f64).max(3.0) {
-            return if blocks < 10 {
-                Ok(None)
-            } else {
-                Err(MonitorError::NoCommonBlocks { agreeing, blocks })
-            };
-        }
-        motion.shift_m = (-shift).to_array();
-    }
-    let mut error = *usual;
-    let mut found = None;
-    for _ in 0..ROUNDS {
-        let common = error.covariance();
-        let later: Vec<Body> = frame.later.iter().map(|b| b.moved(&motion)).collect();
-        let pairs = matched(&frame.earlier, &later, catalog, &common, &config.matching)?;
-        let cluster_m = config.registration.cluster_blocks * frame.size_m;
-        let registration = registration::on_blocks(
-            &frame.earlier,
-            &frame.later,
-            &pairs,
-            catalog,
-            &common,
-            motion,
-            cluster_m,
-        );
-        let Some(registration) = registration else { return Ok(None) };
-        motion = registration.motion;
-        error = spread(frame, &pairs, &motion, catalog, &common, usual);
-        found = Some((registration, error, pairs));
-    }
-    Ok(found)
-}
-
-/// The common error that the pairs show after registration.
-fn spread(
-    frame: &Frame,
-    pairs: &[Pair],
-    motion: &Motion,
-    catalog: &Catalog,
-    common: &Matrix<6>,
-    usual: &CommonError,
-) -> CommonError {
-    let one = |p: &Pair| {
-        let delta =
-            difference(&frame.earlier[p.earlier], &frame.later[p.later].moved(motion), catalog);
-        let d2 = cholesky(&sum(&delta.covariance, common))
-            .map_or(f64::INFINITY, |l| distance2(&l, &delta.d));
-        (delta, d2)
-    };
-    let differences: Vec<_> = pairs.iter().map(one).collect();
-    CommonError::estimated(&differences, *usual)
-}
-
-fn within_limits(r: &Registration, limits: &RegistrationConfig) -> Result<(), MonitorError> {
-    let shift = r.motion.shift().length();
-    let turn = DVec3::from_array(r.motion.turn_rad).length();
-    let checks = [
-        ("shifted by", shift, "m", limits.most_shift_m, "most_shift_m"),
-        ("turned by", turn, "rad", limits.most_turn_rad, "most_turn_rad"),
-        ("scaled by", r.motion.scale.abs(), "of its size", limits.most_scale, "most_scale"),
-    ];
-    for (what, value, unit, limit, key) in checks {
-        if value > limit {
-            return Err(MonitorError::TooFarOff { what, value, unit, limit, key });
-        }
-    }
-    Ok(())
-}
-
 fn detect(
     frame: &Frame,
     registered: Registered,
@@ -380,6 +183,7 @@ fn detect(
         on_blocks: registered.on_blocks,
         on_ground: registered.on_ground,
         common_movement: registered.common_movement,
+        moved_alike: registered.moved_alike,
         common_error: registered.common_error,
         later_points,
     })

@@ -3,6 +3,7 @@
 //! In: two epochs, each a survey with the blocks recognised in it, and the catalogue. Out: for every block whether it
 //! stayed, moved, turned, sank, went or came, each with the level below which nobody could tell. Start at [`compare()`].
 
+mod alike;
 pub mod as_built;
 mod body;
 mod breakage;
@@ -15,10 +16,12 @@ mod epoch;
 mod error;
 mod grades;
 mod heights;
+mod layer;
 mod limits;
 mod margin;
 mod matching;
 mod motion;
+mod registering;
 mod registration;
 mod robust;
 mod room;
@@ -41,7 +44,9 @@ pub use error::MonitorError;
 pub use grades::{Grade, GradeRules, Limits};
 pub use matching::MatchConfig;
 pub use motion::Motion;
-pub use registration::{Basis, CommonMovement, Registration, RegistrationConfig};
+pub use registration::{
+    Basis, CommonMovement, Decided, MovedAlike, Registration, RegistrationConfig,
+};
 pub use series::{Observation, Series, Track};
 pub use single::SingleConfig;
 pub use spans::{Span, SpanConfig, spans};

@@ -95,15 +95,16 @@ impl Registration {
 const LEVEL: [bool; PARAMETERS] = [true, true, true, false, false, true, false];
 const ALL: [bool; PARAMETERS] = [true; PARAMETERS];
 
-/// Shift and yaw first; tilt and scale only where they stand out of their error.
+/// Shift and yaw first; tilt and scale, where `tilts` lets them, only where they stand out of their error.
 fn fitted(
     basis: Basis,
     start: Motion,
     count: usize,
+    tilts: bool,
     ties: impl Fn(&Motion) -> Vec<Tie>,
 ) -> Option<Registration> {
     let level = fit(start, LEVEL, &ties)?;
-    let full = fit(level.motion, ALL, &ties);
+    let full = if tilts { fit(level.motion, ALL, &ties) } else { None };
     let stands_out = |s: &Solution| {
         let value = s.motion.parameters();
         [3, 4, 6].iter().any(|&i| value[i].abs() > 4.0 * s.covariance[i][i].sqrt())
@@ -153,18 +154,21 @@ pub(crate) fn common_shift(
     (mean / f64::from(n.max(1)), counts[best])
 }
 
-/// On matched blocks. `common` is what both sensors do to a block beyond its own covariance.
+/// On matched blocks of both epochs, each with the probability that it stood still. `common` is what both sensors do to a
+/// block beyond its own covariance.
+#[allow(clippy::too_many_arguments)] // each is one of the stage's own values
 pub(crate) fn on_blocks(
-    earlier: &[Body],
-    later: &[Body],
+    [earlier, later]: [&[Body]; 2],
     pairs: &[Pair],
+    weights: &[f64],
     catalog: &Catalog,
     common: &Matrix<6>,
     start: Motion,
+    tilts: bool,
     cluster_m: f64,
 ) -> Option<Registration> {
     let ties = |motion: &Motion| -> Vec<Tie> {
-        let tie = |pair: &Pair| {
+        let tie = |(pair, &weight): (&Pair, &f64)| {
             let (a, b) = (&earlier[pair.earlier], later[pair.later].moved(motion));
             let delta = difference(a, &b, catalog);
             let l = cholesky(&sum(&delta.covariance, common))?;
@@ -176,11 +180,11 @@ pub(crate) fn on_blocks(
                 (0..6).for_each(|i| whitened[i][k] = column[i]);
             }
             let rows = (0..6).map(|i| (whitened[i], left[i])).collect();
-            Some(Tie { rows, cluster: cluster(a.centre, cluster_m) })
+            Some(Tie { rows, weight, cluster: cluster(a.centre, cluster_m) })
         };
-        pairs.par_iter().filter_map(tie).collect()
+        pairs.par_iter().zip(weights).filter_map(tie).collect()
     };
-    fitted(Basis::Blocks, start, pairs.len(), ties)
+    fitted(Basis::Blocks, start, pairs.len(), tilts, ties)
 }
 
 /// Patches of a surface: positions with normals.
@@ -213,11 +217,12 @@ pub(crate) fn on_ground(
             let row = std::array::from_fn(|k| {
                 (0..3).map(|m| normal[m] * j[m][k]).sum::<f64>() / noise_sd_m
             });
-            Some(Tie { rows: vec![(row, left / noise_sd_m)], cluster: cluster(p, cluster_m) })
+            let rows = vec![(row, left / noise_sd_m)];
+            Some(Tie { rows, weight: 1.0, cluster: cluster(p, cluster_m) })
         };
         later.par_iter().filter_map(tie).collect()
     };
-    fitted(basis, start, later.len(), ties)
+    fitted(basis, start, later.len(), true, ties)
 }
 
 fn cluster(p: DVec3, size_m: f64) -> [i32; 2] {
@@ -233,6 +238,34 @@ pub struct CommonMovement {
     pub level_m: [f64; 3],
     /// Whether the height changed beyond its level.
     pub settled: bool,
+}
+
+/// Who says which blocks stood still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Decided {
+    /// They are three of five blocks, or more.
+    Majority,
+    /// The ground lies where they say.
+    Ground,
+    /// Nobody: they are merely the most.
+    Nobody,
+}
+
+/// Blocks that moved by one shift against those that are taken for still. If they are the still ones, the others moved by the
+/// opposite.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MovedAlike {
+    /// So many.
+    pub blocks: usize,
+    /// Blocks taken for still.
+    pub still: usize,
+    /// All blocks seen in both epochs.
+    pub pairs: usize,
+    /// Their shift, later less earlier, metres.
+    pub shift_m: [f64; 3],
+    /// Who says that the others are still.
+    pub decided: Decided,
 }
 
 /// Difference of the two registrations at the blocks' pivot: where the ground says the blocks went.

@@ -6,6 +6,8 @@ use crate::motion::{Motion, PARAMETERS};
 /// One statement: rows of derivative and what is left, both divided by their standard deviation.
 pub(crate) struct Tie {
     pub rows: Vec<([f64; PARAMETERS], f64)>,
+    /// How much it counts, from 0 to 1.
+    pub weight: f64,
     /// Ties of one place share their errors; where it is.
     pub cluster: [i32; 2],
 }
@@ -67,11 +69,11 @@ impl System {
         for tie in ties {
             let size2 = tie.rows.iter().map(|(_, r)| r * r).sum::<f64>() / tie.rows.len() as f64;
             let u2 = size2 / (limit * limit);
-            if u2 >= 1.0 {
+            if u2 >= 1.0 || tie.weight <= 0.0 {
                 continue;
             }
-            inliers += 1;
-            let w = (1.0 - u2).powi(2);
+            inliers += usize::from(tie.weight > 0.5);
+            let w = tie.weight * (1.0 - u2).powi(2);
             let gradient = gradients.entry(tie.cluster).or_default();
             for (j, r) in &tie.rows {
                 for i in 0..PARAMETERS {

@@ -1,10 +1,12 @@
 //! What an epoch's cloud says about a place on a surface: seen, seen through, covered, or nothing.
 //!
 //! A ray test without rays: along the line from the place to a sensor, points before the place cover it; points behind it,
-//! with none before, were measured through it.
+//! with none before, were measured through it. A sounder measures in the fan across its track alone: of each track the nearest
+//! place counts.
 
 use geom::{PointGrid, Vec3};
 use scene::SensorKind;
+use std::ops::Range;
 
 /// The answer for one place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +26,8 @@ pub(crate) struct View {
     /// `None`: every place is known.
     grid: Option<PointGrid>,
     sensors: Vec<Vec3>,
-    kind: SensorKind,
+    /// Parts of `sensors` that are one track each, of a sounder.
+    tracks: Vec<Range<usize>>,
     /// Points this near lie on the surface.
     pub near_m: f32,
     tube_m: f32,
@@ -53,16 +56,16 @@ impl View {
         let near_m = (2.5 * noise_sd_m + 0.02 * size_m).max(1.2 * spacing_m);
         let tube_m = (1.2 * spacing_m).clamp(0.02 * size_m, 0.15 * size_m);
         let grid = PointGrid::new(points, near_m.max(tube_m));
-        Self { grid: Some(grid), sensors, kind, near_m, tube_m, reach_m: 1.3 * size_m, spacing_m }
+        let tracks = if kind == SensorKind::Mbes { tracks(&sensors) } else { Vec::new() };
+        Self { grid: Some(grid), sensors, tracks, near_m, tube_m, reach_m: 1.3 * size_m, spacing_m }
     }
 
     /// The view of one who knows all of the surface: a plan's.
     pub fn everything() -> Self {
-        let kind = SensorKind::default();
         Self {
             grid: None,
             sensors: Vec::new(),
-            kind,
+            tracks: Vec::new(),
             near_m: 0.0,
             tube_m: 0.0,
             reach_m: 0.0,
@@ -174,32 +177,70 @@ impl View {
         false
     }
 
-    /// Directions to the sensors that should see the place: for a moving sounder those it passed closest, else those that
-    /// look at it most squarely; straight up when nothing is known.
+    /// Directions to the sensors that should see the place: for a moving sounder those of its tracks that passed closest, else
+    /// those that look at it most squarely; straight up when nothing is known.
     fn directions(&self, p: Vec3, normal: Vec3) -> Vec<Vec3> {
         if self.sensors.is_empty() {
             return if normal.z > LEAST_COS { vec![Vec3::Z] } else { Vec::new() };
         }
-        let rank = |s: &Vec3| {
-            let to = (*s - p).normalize_or_zero();
-            let cos = to.dot(normal);
-            let value = match self.kind {
-                SensorKind::Mbes => -(*s - p).length(),
-                SensorKind::Uav | SensorKind::DepthCamera => cos,
-            };
-            (cos > LEAST_COS).then_some((value, to))
-        };
-        // The best few, the first of equals first; a track has thousands of places, and every sample asks.
-        let mut best: Vec<(f32, Vec3)> = Vec::with_capacity(SENSORS + 1);
-        for found in self.sensors.iter().filter_map(rank) {
-            let place = best.iter().position(|b| found.0 > b.0).unwrap_or(best.len());
-            if place < SENSORS {
-                best.insert(place, found);
-                best.truncate(SENSORS);
-            }
+        let to = |s: Vec3| (s - p).normalize_or_zero();
+        let faces = |d: &Vec3| d.dot(normal) > LEAST_COS;
+        if !self.tracks.is_empty() {
+            let places = self.tracks.iter().map(|t| nearest_on(&self.sensors[t.clone()], p));
+            let ranked = places.map(|s| (-(s - p).length(), to(s))).filter(|(_, d)| faces(d));
+            return best(ranked);
         }
-        best.into_iter().map(|r| r.1).collect()
+        best(self.sensors.iter().map(|s| to(*s)).filter(faces).map(|d| (d.dot(normal), d)))
     }
+}
+
+/// The best few directions, the first of equals first; hundreds of places are asked for by every sample.
+fn best(ranked: impl Iterator<Item = (f32, Vec3)>) -> Vec<Vec3> {
+    let mut best: Vec<(f32, Vec3)> = Vec::with_capacity(SENSORS + 1);
+    for found in ranked {
+        let place = best.iter().position(|b| found.0 > b.0).unwrap_or(best.len());
+        if place < SENSORS {
+            best.insert(place, found);
+            best.truncate(SENSORS);
+        }
+    }
+    best.into_iter().map(|r| r.1).collect()
+}
+
+/// A step so many times as long as the usual one, or a turn about, begins another track.
+const BREAK: f32 = 3.0;
+
+/// Where each track begins and ends, of places in the order they were passed in.
+fn tracks(sensors: &[Vec3]) -> Vec<Range<usize>> {
+    let mut steps: Vec<f32> = sensors.windows(2).map(|w| (w[1] - w[0]).length()).collect();
+    steps.sort_by(f32::total_cmp);
+    let longest_m = BREAK * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let mut out = Vec::new();
+    let mut start = 0;
+    for i in 1..sensors.len() {
+        let step = sensors[i] - sensors[i - 1];
+        let turns = i > start + 1 && step.dot(sensors[start + 1] - sensors[start]) < 0.0;
+        if step.length() > longest_m || turns {
+            out.push(start..i);
+            start = i;
+        }
+    }
+    if start < sensors.len() {
+        out.push(start..sensors.len());
+    }
+    out
+}
+
+/// The place of a track nearest to a point.
+fn nearest_on(track: &[Vec3], p: Vec3) -> Vec3 {
+    let on = |w: &[Vec3]| {
+        let along = w[1] - w[0];
+        let t = (p - w[0]).dot(along) / along.length_squared().max(1e-12);
+        w[0] + along * t.clamp(0.0, 1.0)
+    };
+    let far = |s: &Vec3| (*s - p).length_squared();
+    let between = track.windows(2).map(on).min_by(|a, b| far(a).total_cmp(&far(b)));
+    between.unwrap_or(track[0])
 }
 
 /// Mean distance of neighbouring points where there are any: one over the root of the points a square metre of occupied plan.
@@ -238,5 +279,26 @@ impl Shares {
             nothing: share(Look::Nothing),
             count,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sounder_looks_across_its_track_and_once_from_each() {
+        let pass = |y: f32| (0..6).map(move |i| Vec3::new(2.0 * i as f32, y, 9.0));
+        let sensors: Vec<Vec3> = pass(0.0).chain(pass(4.0)).collect();
+        assert_eq!(tracks(&sensors), [0..6, 6..12]);
+        let back: Vec<Vec3> =
+            pass(0.0).chain(pass(1.0).collect::<Vec<_>>().into_iter().rev()).collect();
+        assert_eq!(tracks(&back).len(), 2, "{:?}", tracks(&back));
+        let view = View::new(&[Vec3::ZERO], sensors, SensorKind::Mbes, 0.03, 2.0);
+        let found = view.directions(Vec3::new(3.0, 0.0, 0.0), Vec3::Z);
+        assert_eq!(found.len(), 2);
+        // Straight above between two places, and aslant from the other track, neither ahead nor behind.
+        assert!((found[0] - Vec3::Z).length() < 1e-6, "{found:?}");
+        assert!(found[1].x.abs() < 1e-6 && found[1].y > 0.3, "{found:?}");
     }
 }

@@ -6,19 +6,13 @@
 mod error;
 mod method;
 mod recogniser;
+pub mod sizes;
 pub mod survey;
 
 pub use error::PipelineError;
 pub use method::Method;
 pub use pose::{LineShifts, Part, PileFacts, PileVerdict, Templates};
 pub use recogniser::{PartRecognition, Recogniser, Recognition, as_points};
-
-/// The size of the blocks, asked of a survey before anything is recognised.
-pub mod sizes {
-    pub use pose::size::{REFUSED_FROM, Scale, WARNED_FROM};
-    pub use pose::size_search::{SizeProposal, SizeSearch};
-    pub use pose::size_windows::{fit_sizes, relief_m, windows};
-}
 
 use geom::{Observer, SeedTree, Vec3};
 use plan::{GroundConfig, PlanConfig, PlanInput, Proposer, Surfaces, SurfacesInput, Uncertainty};

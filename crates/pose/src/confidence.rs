@@ -54,6 +54,8 @@ pub struct Features {
     pub in_a_plane: bool,
     /// Points of surface that goes on beyond its edges and is no other block's, over its own.
     pub goes_on: f32,
+    /// The block is made of a few flat faces, which stairs, walls and slabs imitate; other shapes are imitated by little.
+    pub flat_faces: bool,
 }
 
 /// Numbers of [`Features::terms`].
@@ -84,17 +86,17 @@ pub const NAMES: [&str; TERMS] = [
     "goes-on",
 ];
 
-/// Weights as fitted by the example `fit_pose_confidence`; the file says to what.
+/// Weights for blocks of flat faces and for others, as fitted by the example `fit_pose_confidence` (`cargo xtask fit pose-confidence`); the
+/// file says to what.
 const FITTED: &str = include_str!("../fitted/confidence.txt");
 /// Other poses explain this much of most well held blocks' points too.
 const RIVAL_FREE: f32 = 0.5;
 /// Beside narrow joints the next face begins within the strip that is looked at: so many points go on beside right blocks.
 const EDGE_FREE: f32 = 0.012;
-/// How much of a nat of type margin is a fact: points err together, sensors have biases. Fitted by hand to cubes and
-/// tetrapods 6 % apart: of 31 cubes below 10 nats 17 had the right type, of 24 from 10 to 20 18, of 110 above all.
-const TYPE_SLOPE: f32 = 0.1;
-/// By how much more a nat is worth for every nat there is already: small margins come from one edge, large ones from many.
-const TYPE_GROWTH: f32 = 0.0025;
+/// How much of a nat of type margin is a fact (points err together, sensors have biases), and by how much more a nat says
+/// for every nat there is already (small margins come from one edge, large ones from many); the file says to what both were fitted.
+const FITTED_TYPES: &str = include_str!("../fitted/type-confidence.txt");
+const TYPE_NAMES: [&str; 2] = ["slope", "growth"];
 
 impl Features {
     /// What the logistic function is linear in, in the order of [`NAMES`]. Good is good enough: beyond where
@@ -127,29 +129,40 @@ impl Features {
 
     /// The probability that the pose is right, in [0, 1].
     pub fn confidence(&self) -> f32 {
-        static WEIGHTS: LazyLock<[f32; TERMS]> = LazyLock::new(|| {
-            weights(FITTED).expect("the file is part of the program and a test reads it")
+        static WEIGHTS: LazyLock<[[f32; TERMS]; 2]> = LazyLock::new(|| {
+            weights(FITTED, NAMES).expect("the file is part of the program and a test reads it")
         });
-        logistic(self.terms().iter().zip(WEIGHTS.iter()).map(|(f, w)| f * w).sum())
+        let weights = &WEIGHTS[usize::from(!self.flat_faces)];
+        logistic(self.terms().iter().zip(weights).map(|(f, w)| f * w).sum())
     }
 }
 
-/// The weights a fitted file gives: a name and a number a line, `#` begins a remark. The error says which line is wrong.
-fn weights(text: &str) -> Result<[f32; TERMS], String> {
+/// The weights a fitted file gives: a name and K numbers a line, `#` begins a remark. The error says which line is wrong.
+fn weights<const N: usize, const K: usize>(
+    text: &str,
+    names: [&str; N],
+) -> Result<[[f32; N]; K], String> {
     let lines =
         text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
-    let mut found = [0.0; TERMS];
+    let mut found = [[0.0; N]; K];
     let mut count = 0;
     for (n, line) in lines {
-        let wrong = || format!("line {}: `{line}` should give the weight of a feature", n + 1);
-        let (name, value) = line.split_once(' ').ok_or_else(wrong)?;
-        if NAMES.get(count) != Some(&name) {
-            return Err(format!("{}: expected `{}`", wrong(), NAMES.get(count).unwrap_or(&"end")));
+        let wrong =
+            || format!("line {}: `{line}` should give a feature and {K} of its weights", n + 1);
+        let mut words = line.split_whitespace();
+        let name = words.next().ok_or_else(wrong)?;
+        if names.get(count) != Some(&name) {
+            return Err(format!("{}: expected `{}`", wrong(), names.get(count).unwrap_or(&"end")));
         }
-        found[count] = value.trim().parse().map_err(|_| wrong())?;
+        for column in &mut found {
+            column[count] = words.next().and_then(|w| w.parse().ok()).ok_or_else(wrong)?;
+        }
+        if words.next().is_some() {
+            return Err(wrong());
+        }
         count += 1;
     }
-    if count == TERMS { Ok(found) } else { Err(format!("{count} of {TERMS} weights")) }
+    if count == N { Ok(found) } else { Err(format!("{count} of {N} weights")) }
 }
 
 fn logistic(z: f32) -> f32 {
@@ -158,7 +171,12 @@ fn logistic(z: f32) -> f32 {
 
 /// The probability that the type is right if the pose is, in [0, 1].
 pub fn type_confidence(features: &Features) -> f32 {
-    logistic(features.type_margin * (TYPE_SLOPE + TYPE_GROWTH * features.type_margin))
+    static WEIGHTS: LazyLock<[[f32; 2]; 1]> = LazyLock::new(|| {
+        weights(FITTED_TYPES, TYPE_NAMES)
+            .expect("the file is part of the program and a test reads it")
+    });
+    let [[slope, growth]] = *WEIGHTS;
+    logistic(features.type_margin * (slope + growth * features.type_margin))
 }
 
 #[cfg(test)]
@@ -167,9 +185,14 @@ mod tests {
 
     #[test]
     fn the_fitted_file_names_every_feature() {
-        assert!(weights(FITTED).unwrap().iter().any(|w| *w != 0.0));
-        assert!(weights("constant 1\narea 2").unwrap_err().contains("line 2"));
-        assert!(weights("constant 1").is_err());
+        let [flat, other] = weights::<TERMS, 2>(FITTED, NAMES).unwrap();
+        assert!(flat.iter().any(|w| *w != 0.0) && other.iter().any(|w| *w != 0.0));
+        let read = |text| weights::<TERMS, 2>(text, NAMES).unwrap_err();
+        assert!(read("constant 1 2\narea 2 3").contains("line 2"));
+        assert!(read("constant 1").contains("line 1"));
+        assert!(read("constant 1 2 3").contains("line 1"));
+        assert!(read("constant 1 2").contains("1 of"));
+        assert!(weights::<2, 1>(FITTED_TYPES, TYPE_NAMES).unwrap()[0].iter().all(|w| *w >= 0.0));
     }
 
     #[test]
@@ -197,7 +220,18 @@ mod tests {
             explained: 0.7,
             in_a_plane: false,
             goes_on: 0.05,
+            flat_faces: true,
         };
+        for plain in [plain, Features { flat_faces: false, ..plain }] {
+            no_better_feature_lowers(plain);
+        }
+        assert!(type_confidence(&Features { type_margin: 9.0, ..plain }) > type_confidence(&plain));
+        assert_eq!(type_confidence(&Features { type_margin: f32::INFINITY, ..plain }), 1.0);
+        let free = Features { turn_sd: f32::INFINITY, ..plain };
+        assert!((0.0..=1.0).contains(&free.confidence()));
+    }
+
+    fn no_better_feature_lowers(plain: Features) {
         let base = plain.confidence();
         for better in [
             Features { area: 0.3, ..plain },
@@ -216,9 +250,5 @@ mod tests {
         ] {
             assert!(better.confidence() >= base, "{better:?}");
         }
-        assert!(type_confidence(&Features { type_margin: 9.0, ..plain }) > type_confidence(&plain));
-        assert_eq!(type_confidence(&Features { type_margin: f32::INFINITY, ..plain }), 1.0);
-        let free = Features { turn_sd: f32::INFINITY, ..plain };
-        assert!((0.0..=1.0).contains(&free.confidence()));
     }
 }

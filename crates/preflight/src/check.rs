@@ -71,6 +71,9 @@ pub struct SizeLook {
     pub explained: f32,
     /// Blocks found.
     pub found: usize,
+    /// Where the size is not the catalogue's: blocks of the fitted size that would be stated. Without a few of them the survey shows no
+    /// size at all.
+    pub stated: Option<usize>,
 }
 
 /// What the check found.
@@ -156,6 +159,10 @@ fn site_file_of(folder: &Path) -> String {
 /// An error that names its file itself, as a complaint.
 fn refusal_of(code: &'static str, file: &str, error: &dyn Display) -> Complaint {
     let text = error.to_string();
+    // The error of a file that this one names is that file's.
+    let named = text.split_once(": ").map_or("", |(head, _)| head);
+    let named = named.rsplit_once(", ").map_or(named, |(name, _)| name);
+    let file = if Path::new(named).is_file() { named } else { file };
     // `file: what` or `file, line 3: what`.
     let behind = text.strip_prefix(file).unwrap_or_default();
     let placed = behind.strip_prefix(", ").and_then(|rest| rest.split_once(": "));

@@ -2,6 +2,7 @@
 
 use crate::monitoring::{datum, kept, recognised, shown, weights_digits};
 use crate::monitoring_score::{Share, known, median};
+use crate::survey_offset::survey_offset_m;
 use crate::{Bench, Experiment, ReproduceError, SiteSet, Table, site_sets};
 use geom::{HeightMap, SeedTree};
 use monitor::{AsBuilt, AsBuiltConfig, Built, Epoch, StableGround, as_built};
@@ -132,12 +133,14 @@ pub(crate) fn works<'a>(
     }
 }
 
-const HEADS: [&str; 12] = [
+const HEADS: [&str; 14] = [
     "surveys",
     "planned",
     "state right of recognised",
     "off by within 2 cm",
     "error of off by, mm (median)",
+    "the same in the first survey's coordinates, within 2 cm",
+    "error there, mm (median)",
     "skipped found not placed",
     "placed called not placed",
     "extra found",
@@ -152,6 +155,9 @@ struct Score {
     planned: usize,
     recovered: Share,
     errors_m: Vec<f64>,
+    /// The same in the coordinates of the survey that the plan was made on.
+    recovered_there: Share,
+    errors_there_m: Vec<f64>,
     skipped: Share,
     denied: Share,
     extra: Share,
@@ -168,6 +174,8 @@ impl Score {
         let event = |b: &PlacedBlock| changes.iter().find(|c| c.later == Some(b.block));
         let blocks = &case.after.scene.scene.blocks;
         let truth = known(&case.later, blocks, &case.catalog, event, |p| shown(&case.datum, p));
+        // The plan stands where its survey shows the pile; the crane places in true coordinates.
+        let first = survey_offset_m(&case.before, &case.catalog, |p| p, |_| true).as_dvec3();
         self.planned += case.plan.placements.len();
         for block in &found.blocks {
             let Some(order) = block.order else { continue };
@@ -182,6 +190,8 @@ impl Score {
                 let off = geom::DVec3::from_array(block.off_m) - real.shift_m.as_dvec3();
                 self.errors_m.push(off.length());
                 self.recovered.count(off.length() <= RECOVERED_M);
+                self.errors_there_m.push((off - first).length());
+                self.recovered_there.count((off - first).length() <= RECOVERED_M);
                 self.states.count(block.state == state(real, &case.catalog));
             }
         }
@@ -220,6 +230,8 @@ impl Score {
             self.states.text(),
             self.recovered.text(),
             format!("{:.1}", 1e3 * median(&self.errors_m)),
+            self.recovered_there.text(),
+            format!("{:.1}", 1e3 * median(&self.errors_there_m)),
             self.skipped.text(),
             self.denied.text(),
             self.extra.text(),

@@ -42,6 +42,7 @@ mod segmentation_shapes;
 mod segmentation_sites;
 mod segmentation_suppression;
 mod segmentation_time;
+mod survey_offset;
 
 pub use error::ReproduceError;
 pub use markdown::{Align, Table};
@@ -95,6 +96,16 @@ pub struct Bench<'a> {
     pub clock: &'a dyn Fn() -> f64,
     /// Who is told how far it is.
     pub observer: &'a dyn Observer,
+}
+
+impl Bench<'_> {
+    /// The user's weights, or the shipped ones for a catalogue.
+    pub(crate) fn network(&self, catalog: &scene::Catalog) -> Result<SegmentModel, ReproduceError> {
+        Ok(match self.model {
+            Some(model) => model.clone(),
+            None => SegmentModel::shipped(catalog)?,
+        })
+    }
 }
 
 /// A named experiment.

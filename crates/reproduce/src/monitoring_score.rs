@@ -2,6 +2,7 @@
 
 use crate::markdown::percent;
 use crate::monitoring::{EpochPair, shown, unshown};
+use crate::survey_offset::survey_offset_m;
 use geom::{MeshQuery, Vec3};
 use monitor::{Change, Class, Comparison};
 use scene::{Catalog, InstanceId, PlacedBlock, Recognised, stated};
@@ -28,6 +29,8 @@ pub(crate) struct Score {
     levels_m: Vec<f64>,
     levels_rad: Vec<f64>,
     datum_m: Vec<f64>,
+    /// The same against what both surveys are off by as a whole, their sensors' errors included.
+    offset_m: Vec<f64>,
     seconds: f64,
     /// What went wrong, a line of `monitoring_wrong.csv` each.
     pub wrong: Vec<String>,
@@ -100,13 +103,14 @@ impl Score {
         "broken false",
     ];
 
-    pub const CALIBRATION_HEADS: [&'static str; 7] = [
+    pub const CALIBRATION_HEADS: [&'static str; 8] = [
         "surveys",
         "unmoved within 95 % level (axes)",
         "unmoved with p > 5 %",
         "level, well seen, mm (median)",
         "level, well seen, ° (median)",
-        "datum error mm (median, worst)",
+        "step put in, error mm (median, worst)",
+        "surveys' own offsets with it, error mm",
         "s a scene",
     ];
 
@@ -133,6 +137,21 @@ impl Score {
         let pivot = found.reference.motion.pivot().as_vec3();
         let back = found.reference.motion.apply(shown(&pair.datum, pivot).as_dvec3()).as_vec3();
         self.datum_m.push((back - pivot).length().into());
+        let broken = |id: InstanceId| {
+            pair.after.changes.iter().any(|c| c.later == Some(id) && c.cut.is_some())
+        };
+        let own = [
+            survey_offset_m(&pair.before, &pair.catalog, |p| p, |_| true),
+            survey_offset_m(
+                &pair.after.scene,
+                &pair.catalog,
+                |p| unshown(&pair.datum, p),
+                |id| !broken(id),
+            ),
+        ];
+        let seen = shown(&pair.datum, pivot + own[1]);
+        let back = found.reference.motion.apply(seen.as_dvec3()).as_vec3();
+        self.offset_m.push((back - pivot - own[0]).length().into());
     }
 
     /// How many errors there are of each of [`ERRORS`].
@@ -263,14 +282,18 @@ impl Score {
 
     pub fn calibration_row(&self, name: &str) -> Vec<String> {
         let (level, turn) = (median(&self.levels_m), median(&self.levels_rad));
-        let worst = self.datum_m.iter().copied().fold(0.0, f64::max);
+        let text = |all: &[f64]| {
+            let worst = all.iter().copied().fold(0.0, f64::max);
+            format!("{:.1}, {:.1}", 1e3 * median(all), 1e3 * worst)
+        };
         vec![
             name.into(),
             self.inside_level.text(),
             self.inside_joint.text(),
             format!("{:.1}", 1e3 * level),
             format!("{:.2}", turn.to_degrees()),
-            format!("{:.1}, {:.1}", 1e3 * median(&self.datum_m), 1e3 * worst),
+            text(&self.datum_m),
+            text(&self.offset_m),
             format!("{:.2}", self.seconds / self.datum_m.len().max(1) as f64),
         ]
     }

@@ -2,9 +2,7 @@
 
 use crate::pose_judge::{Pooled, heads, no_segments, row};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line};
-use geom::SeedTree;
 use pose::{EvidenceConfig, Method, Places, PoseConfig};
-use segment::{SegmentConfig, SegmentModel, segment};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "pose-ablation",
@@ -41,23 +39,11 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut everything: Vec<Pooled> = steps().iter().map(|_| Pooled::default()).collect();
     let mut per_set = Table::new(&heads("set, step"));
     for set in site_sets()? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         let mut pooled: Vec<Pooled> = steps().iter().map(|_| Pooled::default()).collect();
         for (i, made) in set.held_out(bench).enumerate() {
             let made = made?;
-            let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-            let cloud = &made.survey.cloud;
-            let network = segment(
-                cloud,
-                &set.catalog,
-                &model,
-                &SegmentConfig::default(),
-                seed,
-                bench.observer,
-            )?;
+            let network = set.segmented(bench, &model, &made, i as u64)?;
             for (n, (_, segments, config)) in steps().iter().enumerate() {
                 let nothing = no_segments(&made);
                 let segmentation = if *segments { &network } else { &nothing };

@@ -6,7 +6,6 @@ use crate::pose_judge::{no_segments, truths};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets};
 use geom::SeedTree;
 use pose::{EvidenceConfig, PoseConfig};
-use segment::{SegmentConfig, SegmentModel, segment};
 use std::fmt::Write;
 
 pub const EXPERIMENT: Experiment = Experiment {
@@ -31,22 +30,10 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut cases = Vec::new();
     let mut csv = String::from("set,segments,pose_right,type_right,type_margin,features\n");
     for set in site_sets()? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         for (i, made) in set.held_out(bench).enumerate() {
             let made = made?;
-            let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-            let cloud = &made.survey.cloud;
-            let network = segment(
-                cloud,
-                &set.catalog,
-                &model,
-                &SegmentConfig::default(),
-                seed,
-                bench.observer,
-            )?;
+            let network = set.segmented(bench, &model, &made, i as u64)?;
             for (name, segmentation) in [("network", network), ("none", no_segments(&made))] {
                 let seed = SeedTree::new(bench.settings.seed).child("pose", 0);
                 let found = pose::recognise_with_features(

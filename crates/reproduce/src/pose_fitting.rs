@@ -37,10 +37,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     ]);
     let mut weights = Vec::new();
     for set in table_sets(bench.settings.quick)? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         let chains = [
             ("ours", SegmentConfig::default(), PoseConfig::default()),
             ("thesis' poses", SegmentConfig::default(), PoseConfig::thesis()),

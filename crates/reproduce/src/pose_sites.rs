@@ -2,9 +2,7 @@
 
 use crate::pose_judge::{Pooled, heads, no_segments, row, true_segments};
 use crate::{Bench, Experiment, ReproduceError, Table, table_sets, weights_line};
-use geom::SeedTree;
 use pose::PoseConfig;
-use segment::{SegmentConfig, SegmentModel, segment};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "pose-sites",
@@ -17,25 +15,13 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut weights = Vec::new();
     let config = PoseConfig::default();
     for set in table_sets(bench.settings.quick)? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         let (mut truly, mut network, mut none) =
             (Pooled::default(), Pooled::default(), Pooled::default());
         for (i, made) in set.held_out(bench).enumerate() {
             let made = made?;
             truly.add(bench, &made, &true_segments(&made, &set.catalog), &set.catalog, &config)?;
-            let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-            let cloud = &made.survey.cloud;
-            let found = segment(
-                cloud,
-                &set.catalog,
-                &model,
-                &SegmentConfig::default(),
-                seed,
-                bench.observer,
-            )?;
+            let found = set.segmented(bench, &model, &made, i as u64)?;
             network.add(bench, &made, &found, &set.catalog, &config)?;
             none.add(bench, &made, &no_segments(&made), &set.catalog, &config)?;
         }

@@ -39,10 +39,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
         Table::new(&["set", "points", "blocks", "segments s", "poses s", "types s", "in all s"]);
     let mut weights = Vec::new();
     for set in table_sets(bench.settings.quick)? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         let (s, last) = measured(bench, &set, &model)?;
         let step_s = last.map(|scene| step_s(bench, &set, &model, &scene)).transpose()?;
         costs.row(cost_row(&set, &s, &model, step_s.flatten()));

@@ -2,7 +2,8 @@
 
 use crate::{Bench, ReproduceError};
 use geom::SeedTree;
-use scene::Catalog;
+use scene::{Catalog, Segmentation};
+use segment::{SegmentConfig, SegmentModel, segment};
 use synth::{Recipe, SynthScene};
 
 /// A recipe with its catalogue.
@@ -71,6 +72,19 @@ impl SiteSet {
     /// The scenes the settings ask for, made one after the other.
     pub fn held_out<'a>(&'a self, bench: &'a Bench) -> HeldOut<'a> {
         HeldOut { set: self, bench, next: 0 }
+    }
+
+    /// Instances of the `index`-th held-out scene by a network with the default settings.
+    pub fn segmented(
+        &self,
+        bench: &Bench,
+        model: &SegmentModel,
+        made: &SynthScene,
+        index: u64,
+    ) -> Result<Segmentation, ReproduceError> {
+        let seed = SeedTree::new(bench.settings.seed).child("segment", index);
+        let (cloud, config) = (&made.survey.cloud, SegmentConfig::default());
+        Ok(segment(cloud, &self.catalog, model, &config, seed, bench.observer)?)
     }
 
     /// Scene `index` of a seed.

@@ -2,9 +2,7 @@
 
 use crate::markdown::percent;
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line};
-use geom::SeedTree;
 use scene::SensorKind;
-use segment::{SegmentConfig, SegmentModel, segment};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "segmentation-confidence",
@@ -20,23 +18,11 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut seen: [Vec<(f32, bool)>; 2] = [Vec::new(), Vec::new()];
     let mut weights = String::new();
     for set in site_sets()? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         weights = weights_line(&model)?;
         for (i, scene) in set.held_out(bench).enumerate() {
             let scene = scene?;
-            let seed = SeedTree::new(bench.settings.seed).child("segment", i as u64);
-            let cloud = &scene.survey.cloud;
-            let found = segment(
-                cloud,
-                &set.catalog,
-                &model,
-                &SegmentConfig::default(),
-                seed,
-                bench.observer,
-            )?;
+            let found = set.segmented(bench, &model, &scene, i as u64)?;
             let near = |p: geom::Vec3| {
                 scene.scene.blocks.iter().any(|b| {
                     let block = set.catalog.get(b.model);

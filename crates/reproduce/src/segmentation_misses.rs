@@ -5,7 +5,7 @@ use crate::segmentation_judge::HIDDEN;
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line};
 use geom::SeedTree;
 use scene::{Catalog, Segmentation};
-use segment::{SegmentConfig, SegmentModel, segment};
+use segment::{SegmentConfig, segment};
 use std::collections::BTreeMap;
 use synth::SynthScene;
 
@@ -41,10 +41,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let (mut weights, mut least) = (String::new(), 0.0);
     let config = SegmentConfig::default();
     for set in site_sets()? {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         weights = weights_line(&model)?;
         least = model.description.least_instance_score(config.least_instance_score);
         let (mut asked, mut sums) = (0, Sums::new());

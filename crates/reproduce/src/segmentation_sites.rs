@@ -19,10 +19,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let white_noise = white_noise_sets()?;
     let without_ground: Vec<&str> = white_noise.iter().map(|s| s.name).collect();
     for set in table_sets(bench.settings.quick)?.into_iter().chain(white_noise.clone()) {
-        let default = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let default = bench.network(&set.catalog)?;
         let mut ways = vec![("votes (default)", Clustering::Votes, default.clone())];
         ways.push(("embedding (thesis)", Clustering::Embedding, default));
         if without_ground.contains(&set.name)

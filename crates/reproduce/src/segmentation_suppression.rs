@@ -4,7 +4,7 @@ use crate::markdown::percent;
 use crate::segmentation_judge::{Judged, verdict};
 use crate::{Bench, Experiment, ReproduceError, Table, site_sets, weights_line};
 use geom::SeedTree;
-use segment::{Clustering, SegmentConfig, SegmentModel, segment};
+use segment::{Clustering, SegmentConfig, segment};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "segmentation-gamma",
@@ -23,10 +23,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let mut rows: Vec<Vec<String>> = GAMMA.iter().map(|g| vec![format!("{g:.1}")]).collect();
     let mut weights = String::new();
     for set in &sets {
-        let model = match bench.model {
-            Some(model) => model.clone(),
-            None => SegmentModel::shipped(&set.catalog)?,
-        };
+        let model = bench.network(&set.catalog)?;
         weights = weights_line(&model)?;
         let scenes = set.held_out(bench).collect::<Result<Vec<_>, _>>()?;
         for (row, &suppression) in rows.iter_mut().zip(&GAMMA) {

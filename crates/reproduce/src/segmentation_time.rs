@@ -3,7 +3,7 @@
 use crate::{Bench, Experiment, ReproduceError, Table, weights_line};
 use geom::{PointCloud, SeedTree, Vec3};
 use scene::{Catalog, Shape};
-use segment::{SegmentConfig, SegmentModel, segment};
+use segment::{SegmentConfig, segment};
 
 pub const EXPERIMENT: Experiment = Experiment {
     name: "segmentation-time",
@@ -19,10 +19,7 @@ const DENSITY: [u32; 2] = [400, 700];
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let block = blocks::shape_model("tetrapod", Shape::Tetrapod { size: 2.0 }, 2300.0)?;
     let catalog = Catalog::new(vec![block]);
-    let model = match bench.model {
-        Some(model) => model.clone(),
-        None => SegmentModel::shipped(&catalog)?,
-    };
+    let model = bench.network(&catalog)?;
     let mut table = Table::new(&[
         "piles",
         "points",

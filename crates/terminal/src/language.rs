@@ -84,13 +84,22 @@ fn whole(part: &str) -> Option<String> {
 }
 
 /// Words that stand before a message, and stages.
-const WORDS: [(&str, &str); 6] = [
+const WORDS: [(&str, &str); 15] = [
     ("warning", "警告"),
     ("note", "注記"),
+    ("check", "点検"),
+    ("read", "読込"),
+    ("catalogue", "カタログ"),
+    ("size", "寸法"),
     ("segment", "分割"),
     ("pose", "姿勢推定"),
+    ("review", "確認"),
     ("plan", "計画"),
+    ("uncertainty", "ばらつき"),
+    ("ratings", "評価"),
+    ("next", "次の据付"),
     ("compare", "比較"),
+    ("run", "実行"),
 ];
 
 /// A message of the table.
@@ -102,12 +111,34 @@ struct Message {
 
 impl Message {
     fn said_of(&self, line: &str) -> Option<String> {
-        let values = self.english.values(line)?;
+        let values: Vec<String> = self.english.values(line)?.into_iter().map(value).collect();
         Some(self.japanese.with(&self.english.names, &values))
     }
 }
 
-/// Text with named gaps: `texts` stand around the gaps.
+/// What stands in a gap: a name or a number as it is; a message of its own, or a list of such with their numbers, in Japanese.
+fn value(text: &str) -> String {
+    let said = |part: &str| table().iter().find_map(|m| m.said_of(part));
+    let counted = |part: &str| {
+        let (n, what) = part.split_once(' ')?;
+        let is_number = n.chars().all(|c| c.is_ascii_digit());
+        is_number.then(|| said(what)).flatten().map(|what| format!("{what} {n}"))
+    };
+    let one = |part: &str| said(part).or_else(|| counted(part));
+    let between = if text.contains("; ") { "; " } else { ", " };
+    let parts: Vec<Option<String>> = text.split(between).map(one).collect();
+    if parts.len() > 1 && parts.iter().all(Option::is_some) {
+        return parts.into_iter().flatten().collect::<Vec<_>>().join(between);
+    }
+    let some = || {
+        let own = text.split(between).zip(parts).map(|(own, said)| said.unwrap_or(own.into()));
+        own.collect::<Vec<String>>().join(between)
+    };
+    one(text).unwrap_or_else(some)
+}
+
+/// Text with named gaps: `texts` stand around the gaps. What stands in a gap whose name ends in `?` may be missing, and
+/// be left out in Japanese.
 struct Template {
     texts: Vec<&'static str>,
     names: Vec<&'static str>,
@@ -140,12 +171,14 @@ impl Template {
         }
         // What stands before a message is none of its values.
         let led = first.is_empty() && values.first().is_some_and(|v| v.contains(": "));
-        (rest.is_empty() && !led && values.iter().all(|v| !v.is_empty())).then_some(values)
+        let filled = values.iter().zip(&self.names).all(|(v, n)| !v.is_empty() || n.ends_with('?'));
+        (rest.is_empty() && !led && filled).then_some(values)
     }
 
     /// The template with values by name.
-    fn with(&self, names: &[&str], values: &[&str]) -> String {
-        let value = |name: &str| names.iter().position(|n| *n == name).map_or("", |i| values[i]);
+    fn with(&self, names: &[&str], values: &[String]) -> String {
+        let value =
+            |name: &str| names.iter().position(|n| *n == name).map_or("", |i| values[i].as_str());
         let gaps = self.names.iter().map(|n| value(n)).chain(std::iter::once(""));
         self.texts.iter().zip(gaps).flat_map(|(text, gap)| [*text, gap]).collect()
     }
@@ -196,6 +229,22 @@ mod tests {
             "a.toml: survey `x: y.laz`: add `vertical_offset_m` (0.0 when its heights already refer to the site's vertical datum)",
         );
         assert!(said.contains("測量 `x: y.laz`"), "{said}");
+        // A list in a gap, and a gap that may be empty.
+        assert_eq!(
+            ja(
+                "places left below the design: 12 overflow (3.1 m³), 1 out-of-reach (0.2 m³) (plan/unfilled.csv)"
+            ),
+            "計画面より低いまま残る所:計画面を超過 12 か所(3.1 m³), クレーンの作業半径外 1 か所(0.2 m³)(plan/unfilled.csv)"
+        );
+        assert_eq!(
+            ja("  tetrapod: 3 blocks of 9 in stock, cost 30"),
+            "  tetrapod:3 個(在庫 9 個)、費用 30"
+        );
+        assert_eq!(ja("  tetrapod: 3 blocks, cost 30"), "  tetrapod:3 個、費用 30");
+        assert_eq!(
+            ja("note: a.laz: 300 of class 7 (noise), 4 withheld points are left out"),
+            "注記: a.laz: 分類 7(ノイズ) 300, 除外フラグ(withheld) 4 点を除きました"
+        );
         assert_eq!(ja("something nobody translated: 3"), "something nobody translated: 3");
         assert_eq!(Language::En.line("can be answered"), "can be answered");
         assert_eq!(
@@ -269,7 +318,8 @@ mod tests {
     fn both_languages_have_the_same_gaps() {
         for message in table() {
             let sorted = |t: &Template| {
-                let mut names = t.names.clone();
+                let needed = t.names.iter().filter(|n| !n.ends_with('?'));
+                let mut names: Vec<&str> = needed.copied().collect();
                 names.sort_unstable();
                 names
             };

@@ -9,7 +9,8 @@ use crate::{Job, Settings, catalogue};
 use geom::{DVec3, Silent, Vec3};
 use io::site::Site;
 use pipeline::sizes::{
-    REFUSED_FROM, SizeProposal, SizeSearch, WARNED_FROM, fit_sizes, relief_m, windows,
+    REFUSED_FROM, SizeProposal, SizeSearch, WARNED_FROM, fit_sizes, relief_m, stated_blocks,
+    windows,
 };
 use pipeline::survey::{Limit, SurveyFacts, not_judgeable};
 use preflight::{Preflight, SizeLook, SurfaceLook, SurveyLook, Texture};
@@ -138,6 +139,18 @@ fn limit_complaints(
     hopeless
 }
 
+/// What a fitted size says of the catalogue's.
+enum Told {
+    /// The survey shows the catalogue's size.
+    Right,
+    /// One that is worth a warning.
+    Slightly,
+    /// Another one.
+    Wrong,
+    /// Something fits another size best, and none of its blocks is sure: no pile of such blocks.
+    Nothing,
+}
+
 /// Whether the blocks are as large as the catalogue says.
 fn sizes(
     survey: &Survey,
@@ -151,7 +164,7 @@ fn sizes(
     let entry_m = entry_sizes_m(spec, catalog);
     for (id, model) in catalog.iter() {
         let entry_m = entry_m[usize::from(id.0)];
-        let Some(best) = likeliest(survey, model, job) else {
+        let Some((look, told)) = size_look(survey, model, entry_m, job) else {
             let text = format!(
                 "no block like `{}` of {:.2} to {:.2} m was found in the part looked at",
                 model.name,
@@ -161,26 +174,27 @@ fn sizes(
             found.complaints.push(Complaint::note("size", file, text));
             continue;
         };
-        let look = SizeLook {
-            block: model.name.clone(),
-            catalogue_m: entry_m,
-            fits_m: best.scale.factor * entry_m,
-            fits_sd_m: best.scale.factor_sd * entry_m,
-            explained: best.explained,
-            found: best.found,
-        };
-        match best.scale.deviation() {
-            off if off >= REFUSED_FROM => wrong.push(look.clone()),
-            off => {
-                right = true;
-                found.complaints.push(if off >= WARNED_FROM {
-                    let advice = "hold it against drawing and unit";
-                    Complaint::warning("size", file, sentence(&look), advice)
-                } else {
-                    Complaint::note("size", file, sentence(&look))
-                });
+        right |= matches!(told, Told::Right | Told::Slightly);
+        let complaint = match told {
+            Told::Right => Complaint::note("size", file, sentence(&look)),
+            Told::Slightly => {
+                let advice = "hold it against drawing and unit";
+                Complaint::warning("size", file, sentence(&look), advice)
             }
-        }
+            Told::Nothing => {
+                let text = format!("{}, and none of them is sure", sentence(&look));
+                let advice =
+                    "see that the pile itself is surveyed, and hold the size against the drawing";
+                found.complaints.push(Complaint::warning("size", file, text, advice));
+                continue;
+            }
+            Told::Wrong => {
+                wrong.push(look.clone());
+                found.sizes.push(look);
+                continue;
+            }
+        };
+        found.complaints.push(complaint);
         found.sizes.push(look);
     }
     for look in wrong {
@@ -212,6 +226,40 @@ fn likeliest(survey: &Survey, model: &BlockModel, job: &Job) -> Option<SizePropo
     let own = |p: &&SizeProposal| p.scale.deviation() < REFUSED_FROM;
     let own = fits.iter().find(own).filter(|p| p.explained >= AS_GOOD * best.explained);
     Some(own.unwrap_or(best).clone())
+}
+
+/// How large the blocks of a type are, and what that says of the catalogue; `None` without blocks enough.
+fn size_look(
+    survey: &Survey,
+    model: &BlockModel,
+    entry_m: f32,
+    job: &Job,
+) -> Option<(SizeLook, Told)> {
+    let best = likeliest(survey, model, job)?;
+    let (factor, off) = (best.scale.factor, best.scale.deviation());
+    let stated = (off >= WARNED_FROM).then(|| stated_of(survey, &model.scaled(factor), job));
+    let told = match stated {
+        None => Told::Right,
+        Some(stated) if stated < FEWEST_BLOCKS => Told::Nothing,
+        Some(_) if off < REFUSED_FROM => Told::Slightly,
+        Some(_) => Told::Wrong,
+    };
+    let look = SizeLook {
+        block: model.name.clone(),
+        catalogue_m: entry_m,
+        fits_m: factor * entry_m,
+        fits_sd_m: best.scale.factor_sd * entry_m,
+        explained: best.explained,
+        found: best.found,
+        stated,
+    };
+    Some((look, told))
+}
+
+/// Blocks of a size that would be stated; none where they cannot be sought.
+fn stated_of(survey: &Survey, model: &BlockModel, job: &Job) -> usize {
+    let Ok(config) = Settings::default().alone() else { return 0 };
+    job.install(|| stated_blocks(survey, model, &config, &Silent)).unwrap_or(0)
 }
 
 /// `fits 2.79 ± 0.01 m; the catalogue says 2.00`.

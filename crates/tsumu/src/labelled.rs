@@ -8,15 +8,18 @@ use io::manifest::{Manifest, entry, portable};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// Whether a file's name ends in a format that holds labels.
-pub fn check_labelled(file: &Path) -> Result<()> {
+/// Whether a file's name ends in a format that holds labels: .ply, .laz, .las, and .pcd for a survey that is one itself.
+pub fn check_labelled(file: &Path, survey: &Path) -> Result<()> {
+    let is_pcd = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("pcd"));
+    holds_labels(file, is_pcd(file) && is_pcd(survey))
+}
+
+fn holds_labels(file: &Path, of_the_same_kind: bool) -> Result<()> {
     let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some("ply" | "laz" | "las") => Ok(()),
-        _ => {
-            Err(Error::bad_input(anyhow!("--out {}: end it in .ply, .laz or .las", file.display())))
-        }
+    if of_the_same_kind || matches!(extension.as_deref(), Some("ply" | "laz" | "las")) {
+        return Ok(());
     }
+    Err(Error::bad_input(anyhow!("--out {}: end it in .ply, .laz or .las", file.display())))
 }
 
 impl Site {
@@ -27,7 +30,7 @@ impl Site {
         segments: &Segments,
         weights: &WeightsOrigin,
     ) -> Result<()> {
-        check_labelled(file)?;
+        holds_labels(file, self.records.as_ref().is_some_and(|own| own.fit(file)))?;
         for out in [file, &beside(file, ".config.toml"), &beside(file, ".manifest.json")] {
             self.refuse_input(out)?;
         }

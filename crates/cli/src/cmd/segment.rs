@@ -20,7 +20,7 @@ pub struct SegmentArgs {
     /// The block types that may be in the pile
     #[arg(long, value_name = "FILE")]
     pub catalog: PathBuf,
-    /// The labelled cloud: .ply, .laz or .las
+    /// The labelled cloud: .ply, .laz or .las; .pcd for a cloud that is one
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
     /// How the cloud was measured
@@ -33,7 +33,7 @@ pub struct SegmentArgs {
 
 /// Segments and writes.
 pub fn segment(args: &SegmentArgs, terminal: &Terminal, job: &Job) -> Result<()> {
-    tsumu::check_labelled(&args.out)?;
+    tsumu::check_labelled(&args.out, &args.cloud)?;
     let clouds = args.measured.clouds(std::slice::from_ref(&args.cloud));
     let site = Site::of_clouds(&clouds, &args.catalog, None, &args.chosen.settings(), job)?;
     let (found, weights) = site.segment(&args.chosen.options(), job)?;

@@ -57,6 +57,28 @@ fn a_check_holds_the_size_against_the_catalogue() {
     assert!(ran.err.contains("fits") && ran.err.contains("catalogue says"), "{}", ran.err);
 }
 
+/// Waves have a size that fits best too; where none of its blocks is sure, it is no reason to refuse the catalogue's.
+#[test]
+fn a_surface_without_blocks_shows_no_size() {
+    let site = tempfile::tempdir().unwrap();
+    let even = |i: usize, step: f64| (i as f64 * step).fract() * 10.0 - 5.0;
+    let row = |i: usize| {
+        let (x, y) = (even(i, 0.618_034), even(i, 0.754_878));
+        let z = 2.0 - 0.04 * (x * x + y * y) + 0.5 * (2.0 * x).sin() * (2.0 * y).sin();
+        format!("{:.3},{:.3},{z:.3}\n", 41_250.0 + x, -98_760.0 + y)
+    };
+    let rows: String = (0..6000).map(row).collect();
+    std::fs::write(site.path().join("a.csv"), format!("x,y,z\n{rows}")).unwrap();
+    std::fs::write(site.path().join("catalog.toml"), CATALOG).unwrap();
+    let text_of = "name = \"waves\"\ncrs = \"EPSG:6679\"\n[[survey]]\nfile = \"a.csv\"\nvertical_offset_m = 0.0\n";
+    std::fs::write(site.path().join("site.toml"), text_of).unwrap();
+    let found = event(&ok(&["check", &text(site.path()), "--json"]).out, "check");
+    let wrong = |c: &&Value| c["code"] == "size" && c["severity"] == "refusal";
+    let complaints = found["complaints"].as_array().unwrap();
+    assert!(!complaints.iter().any(|c| wrong(&c)), "{found:#}");
+    assert_eq!(found["sizes"], serde_json::json!([]), "{found:#}");
+}
+
 #[test]
 fn grids_are_told_and_wide_cells_refused() {
     let fine = gridded(0.15);

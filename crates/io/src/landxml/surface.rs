@@ -80,11 +80,17 @@ fn choose<'a, 'i>(
     match (name, all) {
         (_, []) => Err(input.malformed(Place::File, "there is no <Surface>")),
         (Some(name), all) => {
-            let found = all.iter().find(|n| n.attribute("name") == Some(name));
-            found.copied().ok_or_else(|| {
-                let what = format!("there is no surface called `{name}`; the file has {}", names());
-                input.malformed(Place::File, what)
-            })
+            let mut found = all.iter().filter(|n| n.attribute("name") == Some(name));
+            let what = match (found.next(), found.next()) {
+                (Some(one), None) => return Ok(*one),
+                (Some(_), Some(_)) => format!(
+                    "the file has several surfaces called `{name}`; give each a name of its own, or export the design alone"
+                ),
+                (None, _) => {
+                    format!("there is no surface called `{name}`; the file has {}", names())
+                }
+            };
+            Err(input.malformed(Place::File, what))
         }
         (None, [one]) => Ok(*one),
         (None, all) => {
@@ -131,6 +137,14 @@ mod tests {
         };
         let all: String = surfaces.iter().map(surface).collect();
         format!("<LandXML>{head}<Surfaces>{all}</Surfaces></LandXML>")
+    }
+
+    #[test]
+    fn a_name_that_two_surfaces_have_names_none() {
+        let text = file("", &[("FG", 1.2), ("FG", 3.4), ("EG", 0.0)]);
+        let error = read_text(&text, Some("FG")).unwrap_err();
+        assert!(error.contains("several surfaces called `FG`"), "{error}");
+        assert!(read_text(&text, Some("EG")).is_ok());
     }
 
     #[test]

@@ -94,6 +94,8 @@ const ROLES: [(Role, &[&str]); 14] = [
 struct Name {
     role: Option<Role>,
     unit: Option<Unit>,
+    /// Nothing stands beside what it says: `height`, not `antenna height`.
+    alone: bool,
 }
 
 fn name(text: &str) -> Name {
@@ -119,7 +121,8 @@ fn name(text: &str) -> Name {
     // A unit stands in brackets, or as the last word behind an underscore; `m` alone says metres, `h` a height.
     let unit = words.iter().skip(1).map(|w| Unit::of_word(w)).find(|u| u.metres.is_finite());
     let role = ROLES.iter().find(|(_, names)| words.iter().any(|w| names.contains(&w.as_str())));
-    Name { role: role.map(|r| r.0), unit }
+    let alone = words.iter().skip(1).all(|w| Unit::of_word(w).metres.is_finite());
+    Name { role: role.map(|r| r.0), unit, alone }
 }
 
 /// Places of the columns in a line.
@@ -169,6 +172,7 @@ impl Columns {
     pub fn of<S: AsRef<str>>(names: &[S], plane_alone: bool) -> Result<Self, Unusable> {
         let read: Vec<Name> = names.iter().map(|n| name(n.as_ref())).collect();
         let find = |role: Role| read.iter().position(|n| n.role == Some(role));
+        let only = |roles: &[Role]| only(names, &read, roles);
         if find(Role::Latitude).is_some()
             && find(Role::Longitude).is_some()
             && find(Role::X).is_none()
@@ -177,8 +181,8 @@ impl Columns {
                 "the columns are latitude and longitude; project the file into the site's plane coordinates".into(),
             ));
         }
-        let letters = find(Role::X).zip(find(Role::Y));
-        let words = find(Role::East).zip(find(Role::North));
+        let letters = only(&[Role::X])?.zip(only(&[Role::Y])?);
+        let words = only(&[Role::East])?.zip(only(&[Role::North])?);
         let (plane, named_axes) = match (letters, words) {
             (Some(_), Some(_)) => {
                 return Err(Unusable::Refused(
@@ -201,7 +205,7 @@ impl Columns {
                 }));
             }
         };
-        let up = find(Role::Z).or_else(|| find(Role::Up));
+        let up = if plane_alone { None } else { only(&[Role::Z, Role::Up])? };
         let depth = find(Role::Depth);
         let none = plane_alone.then_some(plane.0);
         let third = none.or(up).or(depth).ok_or(Unusable::Missing("z"))?;
@@ -225,6 +229,27 @@ impl Columns {
             confidence: find(Role::Confidence),
             class: find(Role::Class),
         })
+    }
+}
+
+/// The one column with one of these roles, a name that says nothing else before others. Error: there are two, and nothing tells which
+/// is meant.
+fn only<S: AsRef<str>>(
+    names: &[S],
+    read: &[Name],
+    roles: &[Role],
+) -> Result<Option<usize>, Unusable> {
+    let has = |i: &usize| read[*i].role.is_some_and(|r| roles.contains(&r));
+    let all: Vec<usize> = (0..read.len()).filter(has).collect();
+    let alone: Vec<usize> = all.iter().copied().filter(|&i| read[i].alone).collect();
+    match (if alone.is_empty() { &all } else { &alone }).as_slice() {
+        [] => Ok(None),
+        [one] => Ok(Some(*one)),
+        [one, two, ..] => Err(Unusable::Refused(format!(
+            "`{}` and `{}` may both be meant; take one column out, or give it a name that is no coordinate",
+            names[*one].as_ref().trim(),
+            names[*two].as_ref().trim()
+        ))),
     }
 }
 
@@ -253,6 +278,20 @@ mod tests {
             let columns = of(line).unwrap_or_else(|e| panic!("{line}: {e:?}"));
             assert_eq!((columns.xyz, columns.named_axes), (xyz, named), "{line}");
             assert!(!columns.depth);
+        }
+        // A name with a word beside it gives way to one without; two of a rank are asked about.
+        assert_eq!(of("antenna height,x,y,z,normal x,normal y").unwrap().xyz, [1, 2, 3]);
+        for line in [
+            "x,y,z,height",
+            "E,N,ellipsoidal height,orthometric height",
+            "X座標,Y座標,標高,楕円体高",
+            "x,y,z,x",
+            "Easting,Northing,Easting (m),Z",
+        ] {
+            assert!(
+                matches!(of(line), Err(Unusable::Refused(why)) if why.contains("both be meant")),
+                "{line}"
+            );
         }
         assert!(of("East,North,Depth").unwrap().depth);
         assert!(of("東,北,水深").unwrap().depth);

@@ -208,6 +208,60 @@ fn labelled_las_lies_in_site_coordinates() {
     assert!((summary.min - extent[0]).length() < 1e-3 && (summary.max - extent[1]).length() < 1e-3);
 }
 
+/// Cameras before the vertices, and a list in each vertex, as photogrammetry writes them.
+#[test]
+fn ply_with_lists_and_elements_before_its_vertices() {
+    let folder = tempfile::tempdir().unwrap();
+    let (places, found) = (heap(12), columns(12));
+    let record: Vec<u32> = (0..12).collect();
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement camera 2\nproperty float a\nproperty short b\nelement vertex 12\nproperty list uchar ushort seen_by\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let mut text = header("ascii") + "0.5 7\n0.25 -7\n";
+    let mut binary = header("binary_little_endian").into_bytes();
+    for (a, b) in [(0.5_f32, 7_i16), (0.25, -7)] {
+        binary.extend(a.to_le_bytes().into_iter().chain(b.to_le_bytes()));
+    }
+    for (i, p) in places.iter().enumerate() {
+        let seen: Vec<u16> = (0..i as u16 % 4).collect();
+        let words: String = seen.iter().map(|s| format!(" {s}")).collect();
+        text += &format!("{}{words} {} {} {} {i}\n", seen.len(), p.x, p.y, p.z);
+        binary.push(seen.len() as u8);
+        seen.iter().for_each(|s| binary.extend(s.to_le_bytes()));
+        p.to_array().iter().for_each(|v| binary.extend(v.to_le_bytes()));
+        binary.push(i as u8);
+    }
+    text += "3 0 1 2\n";
+    binary.push(3);
+    [0_i32, 1, 2].iter().for_each(|v| binary.extend(v.to_le_bytes()));
+    for (name, bytes) in [("a.ply", text.into_bytes()), ("b.ply", binary)] {
+        let source = written(folder.path(), name, &bytes);
+        let out = folder.path().join(format!("out-{name}"));
+        let to_site = SiteFromFile { vertical_offset_m: 2.0, ..SiteFromFile::default() };
+        relabel::write(&out, &source, &labels(&record, &found), &to_site, Records::All).unwrap();
+        let back = points::read(&out, &Silent).unwrap();
+        assert_eq!(back.instance.as_ref().unwrap(), &found.0, "{name}");
+        assert!((back.position[7].z - places[7].z - 2.0).abs() < 1e-9, "{name}");
+        let grown = std::fs::read(&out).unwrap().len() as i64 - bytes.len() as i64;
+        let in_head = "property uint instance\nproperty ushort model\nproperty float confidence\n";
+        // Ten bytes a vertex and three lines of header; texts grow by their words.
+        if name == "b.ply" {
+            assert_eq!(grown, 120 + in_head.len() as i64, "nothing else has changed");
+        }
+        // Labelled again, the old labels give way.
+        let again = folder.path().join(format!("again-{name}"));
+        let same = SiteFromFile::default();
+        relabel::write(&again, &out, &labels(&record, &found), &same, Records::All).unwrap();
+        assert_eq!(std::fs::read(&again).unwrap(), std::fs::read(&out).unwrap(), "{name}");
+        // A list longer than its file is a damage with a name.
+        let cut = written(folder.path(), name, &bytes[..bytes.len() - 60]);
+        let error = relabel::write(&again, &cut, &labels(&record, &found), &same, Records::All);
+        assert!(error.unwrap_err().to_string().contains(name));
+    }
+}
+
 #[test]
 fn ply_and_pcd_keep_their_columns() {
     let folder = tempfile::tempdir().unwrap();

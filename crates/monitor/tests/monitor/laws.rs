@@ -295,7 +295,7 @@ fn a_series_keeps_its_numbers() {
 }
 
 /// Blocks that say which points they explain.
-fn explaining(catalog: &Catalog, poses: &[Pose], survey: &Survey, seed: u64) -> Vec<SeenBlock> {
+pub fn explaining(catalog: &Catalog, poses: &[Pose], survey: &Survey, seed: u64) -> Vec<SeenBlock> {
     let mut blocks = seen(catalog, poses, seed);
     let mesh = &catalog.get(ModelId(0)).mesh;
     let query = geom::MeshQuery::new(mesh).unwrap();

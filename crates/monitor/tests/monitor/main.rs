@@ -1,5 +1,6 @@
 //! Tests of the comparison on piles of their own making.
 
+mod alike;
 mod laws;
 mod pile;
 mod works;

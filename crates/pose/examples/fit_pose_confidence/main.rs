@@ -3,7 +3,8 @@
 //! `cargo run --release -p pose --example fit_pose_confidence -- collect SEED REPEATS FEATURES.csv`
 //! `cargo run --release -p pose --example fit_pose_confidence -- fit FEATURES.csv OTHERS.csv crates/pose/fitted/confidence.txt`
 //!
-//! `cargo xtask fit pose-confidence` runs both.
+//! `cargo xtask fit pose-confidence` runs both. `collect-types SEED FILE` and `fit-types FILE OTHER OUT` do the same for the type's margin
+//! (`cargo xtask fit type-confidence`).
 //!
 //! `collect` piles blocks of several shapes in heaps, towers and rows on several grounds, lets several sensors measure
 //! them, and recognises them with their own catalogue and with wrong ones (other sizes, other shapes); it cuts pieces out of
@@ -15,6 +16,7 @@
 mod logistic;
 mod nature;
 mod piles;
+mod types;
 
 use geom::{SeedTree, Silent};
 use pose::{EvidenceConfig, NAMES, PoseConfig};
@@ -32,14 +34,21 @@ fn main() {
     match words.as_slice() {
         ["collect", seed, repeats, out] => {
             let number = |s: &str| s.parse().expect("SEED and REPEATS are numbers");
-            collect(number(seed), number(repeats), &mut Features::open(Path::new(out)));
+            collect(number(seed), number(repeats), &mut Kept::features(Path::new(out)));
+        }
+        ["collect-types", seed, out] => {
+            let seed = seed.parse().expect("SEED is a number");
+            types::collect(seed, &mut Kept::open(Path::new(out), "condition,right,margin"));
+        }
+        ["fit-types", first, second, out] => {
+            std::fs::write(out, types::fit(first, second)).expect("OUT can be written");
         }
         ["fit", first, second, out] => {
             std::fs::write(out, logistic::fit(first, second)).expect("OUT can be written");
         }
         _ => {
             eprintln!(
-                "usage: fit_pose_confidence collect SEED REPEATS FEATURES | fit FEATURES OTHERS OUT"
+                "usage: fit_pose_confidence collect SEED REPEATS FILE | fit FILE OTHER OUT | collect-types SEED FILE | fit-types FILE OTHER OUT"
             );
             std::process::exit(2);
         }
@@ -49,23 +58,26 @@ fn main() {
 /// Settings of each shape in one repeat; others in the next.
 const SETTINGS: usize = 7;
 
-/// A features file, which grows by one condition at a time.
-struct Features {
+/// A file of rows, which grows by one condition at a time.
+struct Kept {
     file: std::fs::File,
     /// Conditions it holds.
     there: BTreeSet<String>,
 }
 
-impl Features {
-    fn open(path: &Path) -> Self {
+impl Kept {
+    fn features(path: &Path) -> Self {
+        Self::open(path, &format!("condition,right,flat,sd-shift,sd-turn,{}", NAMES.join(" ")))
+    }
+
+    fn open(path: &Path, head: &str) -> Self {
         let text = std::fs::read_to_string(path).unwrap_or_default();
         let there: BTreeSet<String> =
             text.lines().filter_map(|l| l.strip_prefix("# ")).map(str::to_owned).collect();
         let file = OpenOptions::new().create(true).append(true).open(path);
-        let mut file = file.expect("FEATURES can be written");
+        let mut file = file.expect("FILE can be written");
         if text.is_empty() {
-            writeln!(file, "condition,right,sd-shift,sd-turn,{}", NAMES.join(" "))
-                .expect("FEATURES can be written");
+            writeln!(file, "{head}").expect("FILE can be written");
         }
         Self { file, there }
     }
@@ -77,12 +89,12 @@ impl Features {
     /// Adds the rows of a condition, whole or not at all.
     fn add(&mut self, condition: &str, rows: &str) {
         let text = format!("{rows}# {condition}\n");
-        self.file.write_all(text.as_bytes()).expect("FEATURES can be written");
+        self.file.write_all(text.as_bytes()).expect("FILE can be written");
     }
 }
 
 /// Rows of every condition.
-fn collect(seed: u64, repeats: u64, out: &mut Features) {
+fn collect(seed: u64, repeats: u64, out: &mut Kept) {
     for repeat in 0..repeats {
         let seed = SeedTree::new(seed).child("confidence", repeat);
         for step in 0..SETTINGS {
@@ -141,7 +153,7 @@ const CUTS: usize = 2;
 const MORE_STAIRS: usize = 4;
 
 /// Surfaces of flat faces that are no blocks, which blocks of flat faces fit best: other steps and stairs.
-fn more_stairs(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
+fn more_stairs(step: usize, repeat: u64, seed: SeedTree, out: &mut Kept) {
     for (shape, own) in piles::shapes().iter().filter(|(name, _)| piles::is_set_in_rows(name)) {
         for (kind, name) in nature::KINDS.iter().enumerate().filter(|k| k.1.starts_with("st")) {
             let condition = format!("{name}/{shape}/{repeat}~{step}");
@@ -155,7 +167,7 @@ fn more_stairs(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
 }
 
 /// Rows of pieces cut out of surveys of blocks that are not quite their model, the sensor's places unknown.
-fn cuts(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
+fn cuts(step: usize, repeat: u64, seed: SeedTree, out: &mut Kept) {
     for (s, (shape, own)) in piles::shapes().iter().enumerate() {
         let (setting, recipe, size) = piles::cut(shape, step * 5 + s + repeat as usize * 3);
         let condition = format!("{setting}/{repeat}");
@@ -174,7 +186,7 @@ fn cuts(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
 }
 
 /// Rows of parts in bins, as themselves and as another part.
-fn bins(step: usize, repeat: u64, seed: SeedTree, out: &mut Features) {
+fn bins(step: usize, repeat: u64, seed: SeedTree, out: &mut Kept) {
     let bins = piles::bins(step);
     for (p, (part, own, recipe)) in bins.iter().enumerate() {
         let condition = format!("bin/{part}/{repeat}~{step}");
@@ -253,8 +265,9 @@ fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&Synt
         };
         let (shift, turn) = error.map_or((0.0, 0.0), |e| (e.0 / sd(0), e.1 / sd(3)));
         let terms: Vec<String> = features.terms().iter().map(|t| format!("{t:.4}")).collect();
-        let (right, terms) = (u8::from(right), terms.join(" "));
-        out += &format!("{condition},{right},{shift:.2},{turn:.2},{terms}\n");
+        let (right, flat) = (u8::from(right), u8::from(features.flat_faces));
+        let terms = terms.join(" ");
+        out += &format!("{condition},{right},{flat},{shift:.2},{turn:.2},{terms}\n");
     }
     out
 }

@@ -126,6 +126,7 @@ impl Compared<'_> {
             "on_blocks": last.on_blocks,
             "on_ground": last.on_ground,
             "common_movement": last.common_movement,
+            "moved_alike": last.moved_alike,
             "common_error": last.common_error,
         })
     }

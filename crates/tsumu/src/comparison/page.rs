@@ -3,7 +3,7 @@
 use super::rows::basis;
 use super::{Compared, pictures};
 use io::changes_csv::ChangeRow;
-use monitor::{Basis, Class, Grade};
+use monitor::{Basis, Class, Decided, Grade, MovedAlike};
 use report::changes_page::{self, ChangeMark, ChangesPage, PageTable};
 
 pub(super) fn html(out: &Compared, rows: &[ChangeRow]) -> String {
@@ -50,6 +50,7 @@ fn facts(out: &Compared) -> Vec<String> {
         Basis::Fixed => "No registration: the coordinates were left as they are.".into(),
         _ => registered,
     }];
+    facts.extend(last.moved_alike.iter().map(alike));
     if let Some(moved) = last.common_movement {
         // Adding 0 takes the sign off what rounds to nothing.
         let z = (1e3 * moved.shift_m[2]).round() / 1e3 + 0.0;
@@ -69,6 +70,24 @@ fn facts(out: &Compared) -> Vec<String> {
         ));
     }
     facts
+}
+
+/// What is said of blocks that moved alike.
+fn alike(group: &MovedAlike) -> String {
+    let [x, y, z] = group.shift_m;
+    let (blocks, still, pairs) = (group.blocks, group.still, group.pairs);
+    let went = format!(
+        "{blocks} of {pairs} blocks moved alike, by {x:+.3}, {y:+.3}, {z:+.3} m (east, north, up) against {still} others"
+    );
+    match group.decided {
+        Decided::Majority => format!("{went}, which are most of the blocks and taken for still."),
+        Decided::Ground => format!("{went}, which the ground says stood still."),
+        Decided::Nobody => format!(
+            "{went}. Which of both stood still is not decided: neither holds three of five blocks, and the ground does not tell. If it \
+             was the {blocks}, the others moved by {:+.3}, {:+.3}, {:+.3} m. Name stable ground (`--stable`) to decide.",
+            -x, -y, -z
+        ),
+    }
 }
 
 fn mark(row: &ChangeRow) -> Option<ChangeMark> {
