@@ -159,6 +159,10 @@ fn site_file_of(folder: &Path) -> String {
 /// An error that names its file itself, as a complaint.
 fn refusal_of(code: &'static str, file: &str, error: &dyn Display) -> Complaint {
     let text = error.to_string();
+    // The error of a file that this one names is that file's.
+    let named = text.split_once(": ").map_or("", |(head, _)| head);
+    let named = named.rsplit_once(", ").map_or(named, |(name, _)| name);
+    let file = if Path::new(named).is_file() { named } else { file };
     // `file: what` or `file, line 3: what`.
     let behind = text.strip_prefix(file).unwrap_or_default();
     let placed = behind.strip_prefix(", ").and_then(|rest| rest.split_once(": "));

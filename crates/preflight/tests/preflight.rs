@@ -106,6 +106,19 @@ fn files_that_are_missing_are_complaints_too() {
 }
 
 #[test]
+fn a_fault_of_the_catalogue_names_its_file_and_line_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    io::points::write(&folder.path().join("a.laz"), &cloud(heap(DVec3::ZERO), "")).unwrap();
+    write("site.toml", &site("EPSG:6679", &["a.laz"], DESIGN));
+    write("catalog.toml", "[[block]]\nname = \"t\"\nshape = \"sealock 3t\"\n");
+    let found = check(folder.path(), &Silent);
+    let because = found.because.join("\n");
+    assert!(because.contains("catalog.toml, line 3: `sealock`"), "{because}");
+    assert!(!because.contains("site.toml"), "{because}");
+}
+
+#[test]
 fn a_first_site_from_a_survey_alone_can_be_answered() {
     let (folder, elsewhere) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     for (place, inside) in [(folder.path(), true), (elsewhere.path(), false)] {

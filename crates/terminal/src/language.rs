@@ -84,13 +84,22 @@ fn whole(part: &str) -> Option<String> {
 }
 
 /// Words that stand before a message, and stages.
-const WORDS: [(&str, &str); 6] = [
+const WORDS: [(&str, &str); 15] = [
     ("warning", "警告"),
     ("note", "注記"),
+    ("check", "点検"),
+    ("read", "読込"),
+    ("catalogue", "カタログ"),
+    ("size", "寸法"),
     ("segment", "分割"),
     ("pose", "姿勢推定"),
+    ("review", "確認"),
     ("plan", "計画"),
+    ("uncertainty", "ばらつき"),
+    ("ratings", "評価"),
+    ("next", "次の据付"),
     ("compare", "比較"),
+    ("run", "実行"),
 ];
 
 /// A message of the table.

@@ -27,6 +27,9 @@ pub fn relabel(
     };
     let by_record = ByRecord::new(labels, vertex.count, records);
     let shape = Shape::of(&header, vertex, to_site);
+    if shape.xyz.iter().flatten().any(|&i| vertex.properties[i].list.is_some()) {
+        return Err(input.malformed(Place::File, "a coordinate of `vertex` is a list"));
+    }
     let text = shape.header(&header, by_record.count());
     let mut problem = None;
     let result = atomic::write(out, |file| {

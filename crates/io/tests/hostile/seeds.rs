@@ -58,6 +58,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("labels.laz", written("l.laz", &|p| io::points::write(p, &cloud).unwrap())),
         ("labels.laz", old_laz()),
         ("labels.ply", written("l.ply", &|p| io::points::write(p, &cloud).unwrap())),
+        ("labels.ply", ascii_ply().into_bytes()),
+        ("labels.ply", listed_ply()),
         ("labels.pcd", foreign::pcd("binary_compressed")),
     ]
 }
@@ -102,6 +104,20 @@ fn ascii_ply() -> String {
         text += &format!("{} {} {} {}\n", i as f32 * 0.25, i % 9, 3 - i % 4, i % 5);
     }
     text
+}
+
+/// Vertices with lists, behind another element.
+fn listed_ply() -> Vec<u8> {
+    let mut bytes = b"ply\nformat binary_little_endian 1.0\nelement camera 2\nproperty float a\nelement vertex 60\nproperty list uchar ushort seen\nproperty float x\nproperty double y\nproperty float z\nend_header\n".to_vec();
+    bytes.extend([0; 8]);
+    for i in 0..60_u8 {
+        bytes.push(i % 4);
+        bytes.extend(vec![i; 2 * usize::from(i % 4)]);
+        bytes.extend(f32::from(i).to_le_bytes());
+        bytes.extend(2.0_f64.to_le_bytes());
+        bytes.extend((-1.0_f32).to_le_bytes());
+    }
+    bytes
 }
 
 fn classed_ply() -> String {
