@@ -66,7 +66,13 @@ try {
   check("the survey's system is read", (await label("Coordinate system").inputValue()) === "EPSG:6679");
   check("the map is drawn", await page.evaluate(() => { const c = document.getElementById("height-map"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data; let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n * 4 > d.length * 0.2; }));
   check("the block's size is said", /1\.93 m high.*points on one/.test(await page.textContent(".form")));
+  await page.waitForSelector("text=The survey shows");
+  const sized = await page.evaluate(() => [...document.querySelectorAll(".complaint.refusal")].map(c => c.closest(".field")?.querySelector("label").textContent));
+  check("another size than the survey shows is refused beside its field", sized.includes("Height, m"), sized.join(", "));
   await shot("setup");
+  await page.click("text=Use this size");
+  await page.waitForSelector('text="Saved"');
+  check("and the survey's is taken at a press", Math.abs(Number(await label("Height, m").inputValue()) - 2) < 0.03, await label("Height, m").inputValue());
 
   // Complaints stand beside their field, and go.
   await label("Coordinate system").fill("EPSG:6677");
@@ -141,6 +147,7 @@ try {
   const report = page.frameLocator("iframe.report");
   const frame = await (await page.waitForSelector("iframe.report")).contentFrame();
   await frame.waitForFunction(() => document.documentElement.dataset.ready === "yes");
+  await frame.waitForFunction(() => document.querySelector(".language").hidden);
   check("the report is boxed", await frame.evaluate(() => origin) === "null");
   check("and cannot ask the program", await frame.evaluate(url => fetch(url).then(() => false, () => true), `${origin}/api/state`));
   errors.splice(0, errors.length, ...errors.filter(e => !/Content Security Policy|Refused to connect|violates/.test(e)));

@@ -38,7 +38,7 @@ const shot = async (name, selector) => {
   await (selector ? page.locator(selector).first().screenshot({ path, quality: 82 }) : page.screenshot({ path, quality: 82, fullPage: true }));
 };
 const picture = () => page.evaluate(() => { tsumu.viewer.drawNow(); return tsumu.viewer.canvas.toDataURL(); });
-const settled = () => page.waitForFunction(() => tsumu.viewer.quick === 0 && !tsumu.viewer.waiting);
+const settled = () => page.waitForFunction(() => tsumu.viewer.quick === 0 && !tsumu.viewer.waiting && !tsumu.viewer.pieces);
 const changes = async (what, act) => {
   const before = await picture();
   await act();
@@ -57,6 +57,30 @@ check("the head is a sentence with four lights", (await page.textContent("h1")).
 check("3D stands on the first screen, full width", await page.locator("#scene").evaluate(s => { const r = s.getBoundingClientRect(); return r.top < innerHeight / 2 && document.querySelector("#stage").getBoundingClientRect().width > innerWidth * 0.9; }));
 await shot("whole");
 if (pictures) await page.screenshot({ path: `${pictures}/report.jpg`, quality: 82 });
+
+// Turned by the pointer for six seconds: pictures a second, as this machine has it now.
+const turned = await page.evaluate(() => new Promise(done => {
+  const { viewer } = tsumu, { canvas } = viewer, start = performance.now();
+  let pictures = 0, x = 300;
+  const count = () => { pictures++; }, move = type => canvas.dispatchEvent(new PointerEvent(type, { pointerId: 1, clientX: x, clientY: 300, buttons: 1, bubbles: true }));
+  canvas.setPointerCapture = () => {};
+  viewer.onDrawn.push(count);
+  move("pointerdown");
+  const step = () => {
+    x += 4;
+    move("pointermove");
+    const seconds = (performance.now() - start) / 1000;
+    if (seconds < 6) return void requestAnimationFrame(step);
+    move("pointerup");
+    viewer.onDrawn.splice(viewer.onDrawn.indexOf(count), 1);
+    delete canvas.setPointerCapture;
+    done(pictures / seconds);
+  };
+  requestAnimationFrame(step);
+}));
+check("the view turns", turned > 0, `${turned.toFixed(1)} pictures a second`);
+await page.click("#reset");
+await settled();
 
 const { found, added, works } = await page.evaluate(() => ({ found: tsumu.data.found.length, added: tsumu.data.added.length, works: Boolean(tsumu.sections.works) }));
 console.log(`       ${found} blocks found, ${added} to place`);

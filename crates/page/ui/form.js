@@ -111,16 +111,32 @@ export function setupTab(body, site) {
           // A name that followed the shape goes on following it.
           if (!block.name || block.name === block.shape || !named) block.name = control.value;
           block.shape = control.value;
-          site.change(); tell(); show();
+          site.change(); fill(); show();
         });
-        tell();
-        site.hear("check", tell);
-        return make("fieldset", {}, make("legend", {}, block.name), field(t("block"), control), field(t("density"), numeric(block.density_kg_m3 ?? 2300, v => { block.density_kg_m3 = v; tell(); })), facts, ...(draft.catalog.block.length > 1 ? [button(t("remove"), () => { draft.catalog.block.splice(i, 1); site.change(); fill(); show(); })] : []));
+        const seen = make("div", { className: "from-survey" });
+        const look = () => { tell(); fromSurvey(seen, block, fill); };
+        look();
+        site.hear("check", look);
+        return make("fieldset", {}, make("legend", {}, block.name), field(t("block"), control), ...height(block, tell), seen, field(t("density"), numeric(block.density_kg_m3 ?? 2300, v => { block.density_kg_m3 = v; tell(); })), facts, ...(draft.catalog.block.length > 1 ? [button(t("remove"), () => { draft.catalog.block.splice(i, 1); site.change(); fill(); show(); })] : []));
       }));
     };
     fill();
     const add = button(t("add-block"), () => { draft.catalog.block.push({ name: "tetrapod 5t", shape: "tetrapod 5t", density_kg_m3: 2300 }); site.change(); fill(); });
     return section(t("blocks"), list, add, make("p", { className: "soft" }, t("block-size")), kept("block", emptyField()));
+  }
+  const kindOf = block => typeof block.shape === "string" ? site.state.blocks.find(b => b.name === block.shape)?.kind : block.shape?.kind;
+  const resize = (block, size_m) => { block.shape = { kind: kindOf(block), size: size_m }; };
+  // Makers differ, and old blocks are none of the list: the height may be given.
+  function height(block, tell) {
+    const shape = shapeOf(block);
+    if (!shape) return [];
+    return [kept(`size:${block.name}`, field(t("block-height"), numeric(Number(shape.height_m.toFixed(3)), v => { if (v > 0) { resize(block, v); tell(); } })))];
+  }
+  // The size that the survey shows, where it is another, and a way to believe it.
+  function fromSurvey(of, block, fill) {
+    const size = (site.check?.found?.sizes || []).find(s => s.block === block.name), shape = shapeOf(block);
+    const other = size && shape && Math.abs(size.fits_m / shape.height_m - 1) > 0.01;
+    of.replaceChildren(...(other ? [t("size-seen", { size: number(size.fits_m, 2), n: number(size.found) }), " ", button(t("size-use"), () => { resize(block, Number(size.fits_m.toFixed(2))); site.change(); fill(); show(); })] : []));
   }
   function shapeOf(block) {
     if (typeof block.shape === "string") return site.state.blocks.find(b => b.name === block.shape);

@@ -31,6 +31,7 @@ const TABLE = {
   "block-facts": ["{height} m high, {volume} m³, {mass} t; a survey of this density puts about {points} points on one", "高さ {height} m、体積 {volume} m³、質量 {mass} t；この密度では 1 個あたり約 {points} 点"],
   "block-facts-short": ["{height} m high, {volume} m³, {mass} t", "高さ {height} m、体積 {volume} m³、質量 {mass} t"],
   "block-size": ["Circles of the block's size are drawn on map and section: one block of the pile should fit into one.", "地図と断面にブロック大の円を表示しています。山の 1 個が円に収まるか確認してください。"],
+  "block-height": ["Height, m", "高さ（m）"], "size-seen": ["The survey shows {size} m, over {n} blocks.", "測量では {size} m（{n} 個）です。"], "size-use": ["Use this size", "この寸法を使う"],
   "own-mesh": ["own mesh: {file}", "独自形状：{file}"], "own-shape": ["{kind}, {size} m", "{kind}、{size} m"],
   design: ["Design", "計画面"], "design-none": ["none: count the blocks only", "なし（個数の調査のみ）"], "design-level": ["one level inside a boundary", "一定の高さ（範囲を指定）"], "design-section": ["cross-section along an alignment", "法線に沿った標準断面"], "design-file": ["surface from a file", "ファイルの計画面"], "design-other": ["as written in site.toml", "site.toml の記述どおり"],
   level: ["Level, m", "高さ (m)"], boundary: ["Boundary: east, north of each corner, a line each", "範囲：各頂点の 東（Y）, 北（X） を 1 行ずつ"], alignment: ["Alignment: east, north of each point, a line each", "法線：各点の 東（Y）, 北（X） を 1 行ずつ"],

@@ -61,8 +61,10 @@ const CELLS_PER_BLOCK: f32 = 20.0;
 const SEEN: f32 = 0.05;
 /// No drawing needs more cells than this.
 const MOST_CELLS: f64 = 4e6;
-/// Most sections of one works.
-const MOST_SECTIONS: f64 = 8.0;
+/// Most pieces the works are cut into by sections.
+const MOST_PIECES: f64 = 8.0;
+/// The sections at the ends lie this far inside, metres: on the edge itself nothing is designed.
+const INSIDE_M: f64 = 1e-3;
 
 /// The three surfaces.
 pub fn surfaces(input: &SurfacesInput) -> Surfaces {
@@ -145,11 +147,11 @@ pub fn point_deficits_m(input: &SurfacesInput) -> Vec<f32> {
     input.cloud.position_m.iter().map(|p| design_m(input, p.x, p.y) - p.z).collect()
 }
 
-/// Cuts across the works at round distances, at most eight.
+/// Cuts across the works at its ends and at round distances between, at most nine.
 pub fn cross_sections(input: &SurfacesInput, surfaces: &Surfaces) -> Vec<CrossSection> {
     let (line, ..) = spine(input.design);
     let length_m: f64 = line.windows(2).map(|w| distance(w[0], w[1])).sum();
-    cross_sections_every(input, surfaces, round_up(length_m / MOST_SECTIONS))
+    cross_sections_every(input, surfaces, round_up(length_m / MOST_PIECES))
 }
 
 /// The line chainages run along, site coordinates, and how far the works reach left and right of it, metres: the alignment of
@@ -159,7 +161,8 @@ pub fn works_line(design: &DesignSurface) -> (Vec<[f64; 2]>, [f64; 2]) {
     (line, [left_m, right_m])
 }
 
-/// Cuts across the works every `step_m` metres, which must be above 0, but not at their very ends.
+/// Cuts across the works every `step_m` metres, which must be above 0, and at its end: volumes by average end area cover all
+/// of it.
 pub fn cross_sections_every(
     input: &SurfacesInput,
     surfaces: &Surfaces,
@@ -167,11 +170,16 @@ pub fn cross_sections_every(
 ) -> Vec<CrossSection> {
     let (line, left_m, right_m) = spine(input.design);
     let length_m: f64 = line.windows(2).map(|w| distance(w[0], w[1])).sum();
-    let count = ((length_m / step_m).ceil() as usize).saturating_sub(1);
-    (1..=count)
-        .filter_map(|k| {
-            let chainage_m = k as f64 * step_m;
-            let (at, along) = place_on(&line, chainage_m)?;
+    if length_m <= 2.0 * INSIDE_M {
+        return Vec::new();
+    }
+    // A last piece of almost nothing is left to its neighbour.
+    let count = (length_m / step_m - 0.05).ceil().max(1.0) as usize;
+    let chainages = (0..count).map(|k| k as f64 * step_m).chain([length_m]);
+    chainages
+        .filter_map(|chainage_m| {
+            let inside_m = chainage_m.clamp(INSIDE_M, length_m - INSIDE_M);
+            let (at, along) = place_on(&line, inside_m)?;
             let left = [-along[1], along[0]];
             Some(cut(input, surfaces, chainage_m, at, left, left_m, right_m))
         })
@@ -399,7 +407,7 @@ mod tests {
         let cuts = cross_sections(&input, &surfaces);
         assert_eq!(
             cuts.iter().map(|c| c.chainage_m).collect::<Vec<_>>(),
-            [2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0]
+            [0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 15.0]
         );
 
         let at = |line: &[[f32; 2]], offset: f32| {
@@ -407,7 +415,11 @@ mod tests {
                 .min_by(|a, b| (a[0] - offset).abs().total_cmp(&(b[0] - offset).abs()))
                 .unwrap()[1]
         };
-        let c = &cuts[2];
+        let c = &cuts[3];
+        // The ends are cut too: the design stands there as it does between.
+        for end in [&cuts[0], &cuts[8]] {
+            assert_eq!(at(&end.design, 0.0), 5.0);
+        }
         assert!(
             (c.from_offset_m + 8.0).abs() < 1e-5
                 && (c.design.last().unwrap()[0] - 10.0).abs() < 1e-4

@@ -7,7 +7,9 @@
 use crate::fit::CentredPose;
 use crate::measured::Measured;
 use crate::template::Template;
-use geom::{Pose, Vec3};
+use geom::{DistanceField, Pose, Quat, SeedTree, Vec3};
+use scene::BlockModel;
+use std::f32::consts::TAU;
 
 /// A face and what goes on beside it point the same way to this cosine …
 const SAME_PLANE: f32 = 0.85;
@@ -53,6 +55,32 @@ pub fn goes_on(
     d.abs() < near_m && face.dot(normal) > SAME_PLANE
 }
 
+/// Samples of a surface that are asked whether they lie at an edge, and ways along the face that are tried from each.
+const EDGE_SAMPLES: usize = 4000;
+const WAYS: usize = 8;
+/// Share of a cube's surface within half a strip of an edge.
+const EDGES_OF_A_CUBE: f32 = 0.052;
+
+/// Share of a surface that lies within half a strip of an edge at which its face ends.
+pub fn edge_share(model: &BlockModel, field: &DistanceField, seed: SeedTree) -> f32 {
+    let strip = STRIP * model.d_max_m;
+    let samples = model.mesh.sample_surface(EDGE_SAMPLES, &mut seed.rng());
+    let at_an_edge = |(p, n): &&(Vec3, Vec3)| {
+        let along = n.any_orthonormal_vector();
+        (0..WAYS).any(|k| {
+            let turn = Quat::from_axis_angle(*n, k as f32 / WAYS as f32 * TAU);
+            field.distance_m(*p + turn * along * strip) > 0.5 * strip
+        })
+    };
+    samples.iter().filter(at_an_edge).count() as f32 / samples.len().max(1) as f32
+}
+
+/// What the count of points beyond edges is worth of a shape with this share of edges: flying pixels and blurred edges lie
+/// along every edge, and a thin plate has several times the edges of a cube for its surface.
+pub fn worth_of_edges(edge_share: f32) -> f32 {
+    (EDGES_OF_A_CUBE / edge_share.max(f32::MIN_POSITIVE)).min(1.0)
+}
+
 /// Working points beyond the edges of a pose where its faces go on, for which `counts` holds.
 pub fn points_beyond(
     template: &Template,
@@ -83,6 +111,19 @@ mod tests {
     use scene::{Catalog, Shape};
 
     #[test]
+    fn points_at_the_edges_of_a_thin_plate_are_worth_less_than_at_those_of_a_cube() {
+        let of = |name: &str, shape| blocks::shape_model(name, shape, 2300.0).unwrap();
+        let plate = of("plate", Shape::HookPlate { size: 0.15 });
+        let bracket = of("bracket", Shape::Bracket { size: 0.09 });
+        let catalog = Catalog::new(vec![plate, bracket]);
+        let templates = templates(&catalog, &PoseConfig::default(), SeedTree::new(1)).unwrap();
+        for t in &templates {
+            let worth = worth_of_edges(t.edge_share);
+            assert!((0.1..0.8).contains(&worth), "{} {worth}", t.model.name);
+        }
+    }
+
+    #[test]
     fn a_face_goes_on_in_its_plane_and_not_around_the_edge() {
         let cube = blocks::shape_model("cube", Shape::Cube { size: 1.0 }, 2300.0).unwrap();
         let tetrapod = blocks::shape_model("t", Shape::Tetrapod { size: 2.0 }, 2300.0).unwrap();
@@ -96,6 +137,8 @@ mod tests {
         assert!(!on(Vec3::new(0.52, 0.1, 0.42), Vec3::Z));
         assert!(!on(Vec3::new(0.2, 0.1, 0.51), Vec3::Z));
         assert!(has_flat_faces(&cube.surface));
+        assert!((cube.edge_share / EDGES_OF_A_CUBE - 1.0).abs() < 0.2, "{}", cube.edge_share);
+        assert_eq!(worth_of_edges(0.5 * EDGES_OF_A_CUBE), 1.0);
         assert!(!has_flat_faces(&templates.iter().find(|t| t.model.name == "t").unwrap().surface));
     }
 }

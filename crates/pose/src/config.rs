@@ -132,7 +132,7 @@ impl Default for SearchConfig {
         Self {
             field_cells: 72,
             rotation_spacing_rad: 0.42,
-            max_rotations: 400,
+            max_rotations: 1000,
             points: 56,
             centre_offset: 0.0,
             keep_coarse: 6,

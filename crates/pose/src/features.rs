@@ -6,7 +6,7 @@
 use crate::EvidenceConfig;
 use crate::absolute::{Absolute, CommonSize, common_size};
 use crate::acceptance::{Candidate, overlap_tolerance_m};
-use crate::beyond::points_beyond;
+use crate::beyond::{points_beyond, worth_of_edges};
 use crate::confidence::Features;
 use crate::evidence::{Evidence, overlap_m2, reach_m, shared_inside, weigh};
 use crate::finish::{Accepted, distance_m, fit_points, largest_sd};
@@ -206,7 +206,7 @@ impl<'a> Context<'a> {
             of == u32::MAX || of == entry as u32
         };
         let beyond = points_beyond(template, &block.at, self.measured, reach, open);
-        beyond as f32 / (count as f32).max(1.0)
+        worth_of_edges(template.edge_share) * beyond as f32 / (count as f32).max(1.0)
     }
 
     /// Share of the block's inside within a block that was accepted before it.

@@ -14,6 +14,7 @@ use crate::measured::Measured;
 use crate::prepare::Prepared;
 use crate::search::{Proposal, Task, propose};
 use crate::template::Template;
+use crate::twins::Families;
 use crate::{Method, Places, PoseConfig, PoseError, ground, leftovers, thesis};
 use geom::{Event, Observer, SeedTree, Vec3};
 use rayon::prelude::*;
@@ -45,6 +46,7 @@ impl Prepared<'_> {
             seed: self.seed,
             observer,
             rows: Rows::default(),
+            families: Families::default(),
         };
         let mut candidates = stage.candidates(&tasks, 0)?;
         let (chosen, bed) = if config.verification {
@@ -122,6 +124,7 @@ struct Stage<'a> {
     seed: SeedTree,
     observer: &'a dyn Observer,
     rows: Rows,
+    families: Families,
 }
 
 impl Stage<'_> {
@@ -278,6 +281,8 @@ impl Stage<'_> {
         let config = &self.config.evidence;
         let beside = self.rows.go_on(&accepted, self.templates, self.measured, config);
         found.extend(beside.into_iter().map(|c| (None, c)));
+        let alike = self.families.of(&accepted, self.templates, self.measured, config);
+        found.extend(alike.into_iter().map(|c| (None, c)));
         Ok(found)
     }
 

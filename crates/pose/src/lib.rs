@@ -42,6 +42,7 @@ pub mod size_windows;
 pub mod survey_facts;
 mod template;
 mod thesis;
+mod twins;
 mod types;
 mod unjudged;
 mod verdict;

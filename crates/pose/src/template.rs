@@ -1,7 +1,8 @@
 //! What is prepared once for each block type: its distance field, even samples of its surface, its rotations.
 
-use crate::beyond::has_flat_faces;
+use crate::beyond::{edge_share, has_flat_faces};
 use crate::thesis::PairTable;
+use crate::twins::Twin;
 use crate::{Method, PoseConfig, PoseError, rotation_grid::rotation_grid};
 use geom::{DistanceField, PointGrid, Quat, SeedTree, Vec3};
 use rand::RngExt;
@@ -32,10 +33,14 @@ pub struct Template<'a> {
     pub cloud: Option<ModelCloud>,
     /// Whether it is made of a few flat faces.
     pub flat_faces: bool,
+    /// Share of its surface at edges where a face ends; 0 where it has no flat faces.
+    pub edge_share: f32,
     /// Starts of the rotation search, one per physical orientation.
     pub rotations: Vec<Quat>,
     /// Whether it and its mirror image are two shapes; found when it is first asked.
     pub handed: OnceLock<bool>,
+    /// Poses in which it looks much the same; found when they are first asked for.
+    pub twins: OnceLock<Vec<Twin>>,
 }
 
 /// A model as the points ICP pairs with, block coordinates.
@@ -115,6 +120,8 @@ fn template<'a>(
         config.search.max_rotations,
     );
     let flat_faces = has_flat_faces(&surface);
+    let edges = seed.child("edges", 0);
+    let edge_share = if flat_faces { edge_share(model, &field, edges) } else { 0.0 };
     let inside = inside(model, &field, seed.child("inside", 0));
     let deepest_m = inside.iter().map(|&p| -field.distance_m(p)).fold(0.0, f32::max);
     Ok(Template {
@@ -129,8 +136,10 @@ fn template<'a>(
         pairs,
         cloud,
         flat_faces,
+        edge_share,
         rotations,
         handed: OnceLock::new(),
+        twins: OnceLock::new(),
     })
 }
 

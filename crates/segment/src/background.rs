@@ -1,5 +1,6 @@
 //! A depth camera sees the bin too: its floor and walls, and what lies beyond them, go before the network.
 
+use crate::camera_place::camera_place;
 use geom::find_walls;
 use geom::{Event, Observer, Plane, SeedTree, Stage, Vec3, Warning};
 use scene::{Catalog, Segmentation, SensorKind, Survey};
@@ -23,6 +24,8 @@ const NORMAL_RADIUS: f32 = 0.12;
 const BEHIND: f32 = 0.02;
 /// With less left than this share there would be nothing to recognise. Free choice: bins seen hold a fifth and more of the points.
 const FEWEST_LEFT: f32 = 0.03;
+/// What lies this far behind something is hidden by it, in units of the smallest d_max.
+const HIDDEN: f32 = 0.1;
 /// When a bin takes more than this share of the points, a person should know.
 const MUCH: f32 = 0.3;
 
@@ -113,11 +116,16 @@ impl<'a> Foreground<'a> {
         observer: &dyn Observer,
     ) -> Self {
         let whole = survey.cloud.len();
-        let everything = || Self { survey: Cow::Borrowed(survey), index: None, whole };
-        if !config.bin || survey.sensor != SensorKind::DepthCamera || catalog.is_empty() {
-            return everything();
+        let untouched = Self { survey: Cow::Borrowed(survey), index: None, whole };
+        if survey.sensor != SensorKind::DepthCamera || catalog.is_empty() {
+            return untouched;
         }
         let smallest_m = catalog.iter().map(|(_, m)| m.d_max_m).fold(f32::INFINITY, f32::min);
+        let survey = located(survey, smallest_m, observer);
+        let everything = || Self { survey: survey.clone(), index: None, whole };
+        if !config.bin {
+            return everything();
+        }
         let thickness_m = WALL_THICKNESS * smallest_m;
         let points = &survey.cloud.position_m;
         let largest_m = catalog.iter().map(|(_, m)| m.d_box_m).fold(0.0, f32::max);
@@ -154,7 +162,7 @@ impl<'a> Foreground<'a> {
             );
             observer.event(Event::Warned(Warning { stage: Stage::Segment, message }));
         }
-        let part = part(survey, &index, walls);
+        let part = part(&survey, &index, walls);
         Self { survey: Cow::Owned(part), index: Some(index), whole }
     }
 
@@ -189,6 +197,23 @@ fn part(survey: &Survey, index: &[u32], walls: Vec<Plane>) -> Survey {
     Survey { cloud: survey.cloud.select(&select), line, walls, ..survey.clone() }
 }
 
+/// The survey with the place its camera looked from, asked of its points where nobody stated it.
+fn located<'a>(survey: &'a Survey, d_max_m: f32, observer: &dyn Observer) -> Cow<'a, Survey> {
+    if !survey.sensor_positions.is_empty() {
+        return Cow::Borrowed(survey);
+    }
+    let points = &survey.cloud.position_m;
+    let Some(place) = camera_place(points, HIDDEN * d_max_m) else { return Cow::Borrowed(survey) };
+    let away = place - survey.cloud.bounds().centre();
+    let tilt_deg = away.angle_between(Vec3::Z).to_degrees();
+    let message = format!(
+        "camera position unknown: taken as {:.2} m from the middle of the cloud, {tilt_deg:.0}° from straight above",
+        away.length()
+    );
+    observer.event(Event::Noted { stage: Stage::Segment, message });
+    Cow::Owned(Survey { sensor_positions: vec![place], ..survey.clone() })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -218,6 +243,26 @@ mod tests {
         };
         assert_eq!(left(0.8), 4000);
         assert_eq!(left(4.0), 400);
+    }
+
+    #[test]
+    fn a_camera_whose_place_nobody_stated_is_looked_for_and_others_are_left_alone() {
+        let cube = blocks::shape_model("part", Shape::Cube { size: 0.5 }, 2300.0).unwrap();
+        let catalog = Catalog::new(vec![cube]);
+        let positions = |sensor, stated: &[Vec3]| {
+            let survey = Survey {
+                cloud: PointCloud::from_positions(plate(4.0)),
+                sensor,
+                sensor_positions: stated.to_vec(),
+                ..Default::default()
+            };
+            let config = BackgroundConfig { bin: false };
+            let found = Foreground::of(&survey, &catalog, &config, SeedTree::new(1), &Silent);
+            found.survey.sensor_positions.clone()
+        };
+        assert_eq!(positions(SensorKind::DepthCamera, &[]).len(), 1);
+        assert_eq!(positions(SensorKind::DepthCamera, &[Vec3::Z]), [Vec3::Z]);
+        assert!(positions(SensorKind::Uav, &[]).is_empty());
     }
 
     /// Gear shafts on a table nobody measured once lost nine tenths of their points to planes that touched them.

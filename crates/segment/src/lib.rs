@@ -3,6 +3,7 @@
 mod all_scales;
 mod background;
 pub mod calibration;
+mod camera_place;
 mod embedding_clusters;
 pub mod error;
 pub mod fpcc;

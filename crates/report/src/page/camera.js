@@ -17,22 +17,44 @@ export const posed = (pose, v) => add(rotate(pose, v), pose.slice(4));
 const HALF_OPENING = 0.4;
 
 export class Camera {
-  constructor(low, high) {
-    this.home = { target: low.map((v, i) => (v + high[i]) / 2), half: low.map((v, i) => (high[i] - v) / 2), radius: Math.max(length(sub(high, low)) / 2, 1e-3) };
+  // `places`: what must be in sight, each with `reach` about it; without any, the corners of the box.
+  constructor(low, high, places = [], reach = 0) {
+    const corners = [...Array(8).keys()].map(i => low.map((v, k) => i >> k & 1 ? high[k] : v));
+    this.home = { places: places.length ? places : corners, reach: places.length ? reach : 0, radius: Math.max(length(sub(high, low)) / 2, 1e-3) };
     this.reset(1.8);
   }
   // Each takes the picture's width over height.
   reset(aspect) { this.lookFrom(this.side ?? -2.2, 0.62, aspect); }
   fromAbove(aspect) { this.lookFrom(-Math.PI / 2, Math.PI / 2, aspect); }
-  // From this side, as near as the whole box fits.
+  // From this side, as near as all of it fits, in the middle of the picture.
   lookFrom(azimuth, elevation, aspect) {
-    Object.assign(this, { target: this.home.target.slice(), azimuth, elevation });
-    const { back, right, up } = this.axes(), tall = Math.tan(HALF_OPENING), wide = tall * aspect;
-    const needed = [...Array(8).keys()].map(i => {
-      const corner = this.home.half.map((h, k) => i >> k & 1 ? h : -h);
-      return dot(corner, back) + Math.max(Math.abs(dot(corner, right)) / wide, Math.abs(dot(corner, up)) / tall);
-    });
-    this.distance = Math.max(...needed) * 1.06;
+    Object.assign(this, { azimuth, elevation, target: [0, 0, 0], distance: 1e9 });
+    const { back, right, up } = this.axes();
+    // What is near takes more of the picture than what is far: the middle moves as the eye comes nearer.
+    for (let i = 0; i < 4; i++) {
+      for (const axis of [right, up]) this.target = add(this.target, axis, this.offCentre(axis, back));
+      this.distance = this.needed(back, right, up, aspect);
+      if (i === 0) this.target = add(this.target, back, this.offCentre(back, back, 1e9));
+    }
+    this.distance = Math.max(this.needed(back, right, up, aspect) * 1.04, this.home.radius * 0.005);
+  }
+  // How far along an axis the middle of what is seen lies from the target.
+  offCentre(axis, back, distance = this.distance) {
+    let low = Infinity, high = -Infinity;
+    for (const p of this.home.places) {
+      const d = sub(p, this.target), share = dot(d, axis) / Math.max(1 - dot(d, back) / distance, 0.05);
+      low = Math.min(low, share);
+      high = Math.max(high, share);
+    }
+    return (low + high) / 2;
+  }
+  // The distance from which every place is in sight.
+  needed(back, right, up, aspect) {
+    const { places, reach } = this.home, tall = Math.tan(HALF_OPENING), wide = tall * aspect;
+    return places.reduce((most, p) => {
+      const d = sub(p, this.target);
+      return Math.max(most, dot(d, back) + Math.max((Math.abs(dot(d, right)) + reach) / wide, (Math.abs(dot(d, up)) + reach) / tall));
+    }, 0);
   }
   // What a view is kept as.
   state() { return { target: this.target.slice(), azimuth: this.azimuth, elevation: this.elevation, distance: this.distance }; }

@@ -9,8 +9,12 @@ import { SHADE, Shade } from "./shade.js";
 const shares = list => list.flat().map(v => v / 255);
 const RECORD = 12; // bytes of a point; a stride may be 255 at most
 // What a picture of each haste may hold: 0 everything, then less and less.
-const HASTE = [{ points: Infinity, triangles: Infinity }, { points: 350_000, triangles: 600_000 }, { points: 120_000, triangles: 250_000 }, { points: 25_000, triangles: 50_000 }];
+const HASTE = [{ points: Infinity, triangles: Infinity }, { points: 350_000, triangles: 600_000 }, { points: 120_000, triangles: 250_000 }, { points: 25_000, triangles: 50_000 }, { points: 6_000, triangles: 50_000 }];
 export const MOST_HASTE = HASTE.length - 1;
+// From this haste on at half the size, unshaded, without the design and without numbers.
+export const ROUGH = 3;
+// A picture that is put together in pieces draws so much at a time.
+const PIECE = { points: 150_000, triangles: 150_000 };
 
 export class Painter {
   constructor(canvas, data) {
@@ -21,6 +25,7 @@ export class Painter {
     const shade = this.program(SHADE);
     this.shade = new Shade(gl, shade);
     this.aside = new Shade(gl, shade, true);
+    this.small = new Shade(gl, shade);
     this.pointBuffer = this.buffer(gl.ARRAY_BUFFER, data.record);
     this.points = new Map();
     this.meshes = data.models.map(m => [m, m.coarse, m.tiny].map(mesh => ({ vertices: this.buffer(gl.ARRAY_BUFFER, mesh.vertices), triangles: this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.triangles), count: mesh.triangles.length })));
@@ -142,15 +147,40 @@ export class Painter {
     gl.enableVertexAttribArray(4); gl.vertexAttribIPointer(4, 1, gl.UNSIGNED_INT, 48, 44); gl.vertexAttribDivisor(4, 1);
     return array;
   }
-  // Draws the view; `quick` while it moves. Returns the matrix.
+  // Draws the view; `quick` while it moves. Returns the matrix. In great haste at half the size, unshaded.
   draw(state, { picking = false, quick = 0 } = {}) {
-    const gl = this.gl, w = gl.drawingBufferWidth, h = gl.drawingBufferHeight;
-    if (picking) this.bindPicture(w, h); else this.shade.begin(w, h, quick === MOST_HASTE);
-    const matrix = state.camera.matrix(w / h);
+    const gl = this.gl, w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, matrix = state.camera.matrix(w / h);
+    if (picking) this.bindPicture(w, h);
+    else if (quick >= ROUGH) {
+      const [sw, sh] = [w, h].map(v => Math.max(1, v >> 1));
+      this.small.begin(sw, sh, true);
+      this.scene(state, matrix, sw, sh, false, quick, sh / h);
+      this.small.show(w, h);
+      return matrix;
+    } else this.shade.begin(w, h);
     this.scene(state, matrix, w, h, picking, quick);
     if (!picking) this.shade.end(...state.camera.range(), 190);
     return matrix;
   }
+  // The view in pieces that take little time each, so that whoever turns it meanwhile does not wait; shown after the last.
+  // Yields between two pieces, all of this one drawn; returns the matrix.
+  *inPieces(state, quick) {
+    const gl = this.gl, w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, matrix = state.camera.matrix(w / h);
+    this.shade.begin(w, h);
+    for (const piece of this.parts(state, matrix, w, h, false, quick, 1, PIECE)) {
+      this.shade.wait();
+      yield piece;
+      this.shade.bind();
+      gl.viewport(0, 0, w, h);
+    }
+    this.shade.end(...state.camera.range(), 190);
+    return matrix;
+  }
+  // Whether the whole of it is too much for one go.
+  heavy(state) {
+    return state.showPoints && this.data.points.shown > 2 * PIECE.points || this.triangles(0) > 2 * PIECE.triangles;
+  }
+  triangles(mesh) { return this.batches.reduce((n, b) => n + b.count * this.meshes[b.model][mesh].count / 3, 0); }
   // The plan as an ImageData-sized array, bottom row first.
   plan(state, camera, w, h, ratio, quick) {
     const gl = this.gl;
@@ -162,7 +192,9 @@ export class Painter {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return pixels;
   }
-  scene(state, matrix, w, h, picking, quick) {
+  scene(...all) { for (const piece of this.parts(...all)) void piece; }
+  // `scale`: pixels of the picture for one of the screen. `most`: points and triangles of a piece.
+  *parts(state, matrix, w, h, picking, quick, scale = 1, most = { points: Infinity, triangles: Infinity }) {
     const gl = this.gl, { back, right, up } = state.camera.axes(), eye = state.camera.eye();
     gl.viewport(0, 0, w, h);
     gl.clearColor(0, 0, 0, 0);
@@ -181,8 +213,8 @@ export class Painter {
       if (at.sun) gl.uniform3fv(at.sun, sun);
       return at;
     };
-    this.drawBlocks(use, state, picking, quick, h);
-    if (state.showPoints) this.drawPoints(use("point"), state, quick);
+    yield* this.drawBlocks(use, state, picking, quick, h, most.triangles);
+    if (state.showPoints) yield* this.drawPoints(use, state, quick, scale, most.points);
     if (state.showLines) {
       use("line");
       for (const line of this.lines) {
@@ -190,23 +222,36 @@ export class Painter {
         gl.drawArrays(line.closed ? gl.LINE_LOOP : gl.LINE_STRIP, 0, line.count);
       }
     }
-    if (state.showDesign && this.design && !picking && quick < MOST_HASTE) this.drawDesign(use("surface"), state);
+    if (state.showDesign && this.design && !picking && quick < ROUGH) this.drawDesign(use("surface"), state);
   }
-  drawBlocks(use, state, picking, quick, h) {
-    const gl = this.gl, triangles = mesh => this.batches.reduce((n, b) => n + b.count * this.meshes[b.model][mesh].count / 3, 0), most = HASTE[quick].triangles;
-    const few = [0, 1, 2].find(mesh => triangles(mesh) <= most) ?? 3;
+  *drawBlocks(use, state, picking, quick, h, most) {
+    const gl = this.gl, few = [0, 1, 2].find(mesh => this.triangles(mesh) <= HASTE[quick].triangles) ?? 3;
     if (few === 3 && !picking && !state.camera.flat) return this.drawBalls(use("ball"), state, h);
-    const at = use("block"), mesh = Math.min(few, 2);
-    gl.uniform1ui(at.chosen, state.chosen);
-    gl.uniform1ui(at.pointed, state.pointed);
-    if (!picking) gl.enable(gl.SAMPLE_COVERAGE);
+    const mesh = Math.min(few, 2);
     for (const batch of this.batches) {
       if (picking && batch.opacity < 0.5) continue;
-      gl.sampleCoverage(batch.opacity, false);
-      gl.bindVertexArray(batch.arrays[mesh]);
-      gl.drawElementsInstanced(gl.TRIANGLES, this.meshes[batch.model][mesh].count, gl.UNSIGNED_INT, 0, batch.count);
+      const corners = this.meshes[batch.model][mesh].count, step = Math.max(1, Math.min(batch.count, Math.floor(most / corners * 3)));
+      for (let first = 0; first < batch.count; first += step) {
+        const at = use("block");
+        gl.uniform1ui(at.chosen, state.chosen);
+        gl.uniform1ui(at.pointed, state.pointed);
+        if (!picking) gl.enable(gl.SAMPLE_COVERAGE);
+        gl.sampleCoverage(batch.opacity, false);
+        gl.bindVertexArray(batch.arrays[mesh]);
+        if (step < batch.count) this.startAt(batch.records, first);
+        gl.drawElementsInstanced(gl.TRIANGLES, corners, gl.UNSIGNED_INT, 0, Math.min(step, batch.count - first));
+        if (step < batch.count) this.startAt(batch.records, 0);
+        gl.disable(gl.SAMPLE_COVERAGE);
+        if (step < batch.count) yield "blocks";
+      }
     }
-    gl.disable(gl.SAMPLE_COVERAGE);
+  }
+  // The bound array's instances begin with this record.
+  startAt(records, first) {
+    const gl = this.gl;
+    gl.bindBuffer(gl.ARRAY_BUFFER, records);
+    for (const [slot, n, offset] of [[1, 4, 0], [2, 3, 16], [3, 4, 28]]) gl.vertexAttribPointer(slot, n, gl.FLOAT, false, 48, first * 48 + offset);
+    gl.vertexAttribIPointer(4, 1, gl.UNSIGNED_INT, 48, first * 48 + 44);
   }
   drawBalls(at, state, h) {
     const gl = this.gl;
@@ -220,17 +265,20 @@ export class Painter {
       gl.drawArrays(gl.POINTS, 0, batch.count);
     }
   }
-  drawPoints(at, state, quick) {
-    const gl = this.gl, p = this.data.points, every = Math.max(1, Math.ceil(p.shown / HASTE[quick].points));
-    const { array, count } = this.pointArray(every);
-    gl.uniform3fv(at.low, p.min); gl.uniform3fv(at.size, p.size);
-    gl.uniform1f(at.pixels, (state.camera.flat ? 1 : state.pointSize) * (window.devicePixelRatio || 1) * (every > 4 ? 1.5 : 1));
-    gl.uniform1i(at.mode, state.pointMode);
-    gl.uniform2f(at.heights, ...this.data.heights); gl.uniform1f(at.eyeDistance, state.camera.distance || 1);
-    gl.uniform1f(at.push, state.pointPush); gl.uniform1ui(at.only, state.onlyPoints || 0); gl.uniform1i(at.bare, state.barePoints ? 1 : 0);
-    gl.uniform3fv(at.ramp, shares(RAMP)); gl.uniform3fv(at.diverging, shares(DIVERGING)); gl.uniform3fv(at.error, shares(ERROR));
-    gl.bindVertexArray(array);
-    gl.drawArrays(gl.POINTS, 0, count);
+  *drawPoints(use, state, quick, scale, most) {
+    const gl = this.gl, p = this.data.points, every = Math.max(1, Math.ceil(p.shown / HASTE[quick].points)), { array, count } = this.pointArray(every);
+    for (let first = 0; first < count; first += most) {
+      const at = use("point");
+      gl.uniform3fv(at.low, p.min); gl.uniform3fv(at.size, p.size);
+      gl.uniform1f(at.pixels, (state.camera.flat ? 1 : state.pointSize) * (window.devicePixelRatio || 1) * scale * (every > 4 ? 1.5 : 1));
+      gl.uniform1i(at.mode, state.pointMode);
+      gl.uniform2f(at.heights, ...this.data.heights); gl.uniform1f(at.eyeDistance, state.camera.distance || 1);
+      gl.uniform1f(at.push, state.pointPush); gl.uniform1ui(at.only, state.onlyPoints || 0); gl.uniform1i(at.bare, state.barePoints ? 1 : 0);
+      gl.uniform3fv(at.ramp, shares(RAMP)); gl.uniform3fv(at.diverging, shares(DIVERGING)); gl.uniform3fv(at.error, shares(ERROR));
+      gl.bindVertexArray(array);
+      gl.drawArrays(gl.POINTS, first, Math.min(most, count - first));
+      if (most < count) yield "points";
+    }
   }
   drawDesign(at, state) {
     const gl = this.gl;

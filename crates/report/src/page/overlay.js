@@ -5,11 +5,12 @@ import { number, roundUp, sharp, theme } from "./words.js";
 
 const MOST_LABELS = 160;
 
-export function drawOverlay(viewer) {
+// `bare`: in haste, the numbers wait.
+export function drawOverlay(viewer, bare = false) {
   const { g, w, h } = sharp(viewer.overlay), colours = theme();
   g.font = "600 12px system-ui, sans-serif";
   g.lineJoin = "round";
-  labels(viewer, g, w, h, colours);
+  if (!bare) labels(viewer, g, w, h, colours);
   north(viewer, g, w, colours);
   scaleBar(viewer, g, w, h, colours);
   viewer.measure?.draw(g, colours);

@@ -56,7 +56,7 @@ function show(data) {
   window.tsumu = { data, selection, viewer, plan, sections, review, ratings };
   hearFrame(said => said.review && review.takeOver(said.review));
   // A printer takes the canvas as it is at that moment.
-  window.addEventListener("beforeprint", () => { viewer.drawNow(); plan.draw(); sections.draw(); });
+  window.addEventListener("beforeprint", () => { viewer.drawNow(); plan.render(); plan.draw(); sections.draw(); });
 }
 
 head();

@@ -36,7 +36,9 @@ export class Sections {
     });
   }
   at(c) {
-    const { at, along } = this.line.place(c), [left, right] = this.works.reach_m, across = [along[1], -along[0]];
+    // The ends are cut a little inside: on the edge itself nothing is designed.
+    const inside = Math.min(1.5 * (this.data.surfaces.design?.cell || 0), this.line.length / 4);
+    const { at, along } = this.line.place(Math.min(Math.max(c, inside), this.line.length - inside)), [left, right] = this.works.reach_m, across = [along[1], -along[0]];
     const from = [at[0] - across[0] * left, at[1] - across[1] * left], to = [at[0] + across[0] * right, at[1] + across[1] * right];
     return this.cut({ name: chainage(c), chainage: c, from, to, start: -left });
   }

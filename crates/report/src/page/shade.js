@@ -35,7 +35,22 @@ export class Shade {
     const gl = this.gl;
     if (!this.size || this.size[0] !== w || this.size[1] !== h) this.allocate(w, h);
     this.plain = plain;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, plain ? this.one : this.many);
+    this.bind();
+  }
+  bind() { this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, this.plain ? this.one : this.many); }
+  // Until all that was asked for is drawn: reading waits for it.
+  wait() {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.one);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+  }
+  // Puts the picture on the canvas as it is, stretched to its size.
+  show(w, h) {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.one);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    gl.blitFramebuffer(0, 0, ...this.size, 0, 0, w, h, gl.COLOR_BUFFER_BIT, gl.LINEAR);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
   allocate(w, h) {
     const gl = this.gl, samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));

@@ -10,7 +10,8 @@ export const ramp = (stops, low, high) => { const r = make("span", { className: 
 export function tools(viewer, selection, plan, sections) {
   const { data, state } = viewer, redraw = () => viewer.redraw(), on = (id, event, act) => byId(id).addEventListener(event, e => act(e.target, e));
   const update = () => { viewer.update(); legend(); plan.stale(); sections.draw(); };
-  const layer = (id, key, there) => { byId(id).checked = state[key]; byId(id).closest(".layer").hidden = !there; on(id, "change", t => { state[key] = t.checked; update(); }); };
+  const ticks = [];
+  const layer = (id, key, there) => { ticks.push([id, key]); byId(id).checked = state[key]; byId(id).closest(".layer").hidden = !there; on(id, "change", t => { state[key] = t.checked; update(); }); };
   const open = data.found.filter(b => !b.judged).length;
   layer("show-points", "showPoints", data.points.shown);
   layer("show-found", "showFound", data.found.length > open);
@@ -37,7 +38,14 @@ export function tools(viewer, selection, plan, sections) {
   measuring(viewer, selection, data);
   planTools(plan, sections, viewer);
 
+  // The controls say what is shown: a review changes that by itself.
+  function mirror() {
+    for (const [id, key] of ticks) byId(id).checked = state[key];
+    byId("point-colour").value = String(state.pointMode);
+  }
+
   function legend() {
+    mirror();
     const lines = [], p = data.points, z = v => `${number(v + data.origin[2], 1)} m`;
     if (state.blockMode === "type") {
       if (state.showFound) data.models.forEach((m, i) => { if (data.found.some(b => b.judged && b.model === i)) lines.push(swatch(css(TYPES[i % 6].map(v => v * 0.5 + 110)), m.name)); });

@@ -2,7 +2,7 @@
 
 import { Camera, project } from "./camera.js";
 import { LOCKED, NOT_JUDGED, PLANNED, RAMP, ERROR, STRUCK, TYPES, mix } from "./colours.js";
-import { MOST_HASTE, Painter } from "./draw.js";
+import { MOST_HASTE, Painter, ROUGH } from "./draw.js";
 import { drawOverlay } from "./overlay.js";
 
 // Points that are looked at lie this share of the block's radius before its face.
@@ -10,6 +10,8 @@ const PULL = 0.05;
 const SETTLE_MS = 220;
 // A picture while moving takes longer than the first: more haste next time; less than the second: less.
 const SLOW_MS = 55, FAST_MS = 14;
+// So long pieces of a large picture are drawn before the page looks whether something else is wanted.
+const PIECES_MS = 24;
 
 export class Viewer {
   constructor(canvas, overlay, data, selection) {
@@ -20,7 +22,7 @@ export class Viewer {
     const [low, high] = this.bounds();
     Object.assign(this, { low, high });
     this.state = {
-      camera: new Camera(low, high), box: null, chosen: 0, pointed: 0, pointSize: 2, pointMode: 0, blockMode: "type", order: data.added.length,
+      camera: this.home(low, high), box: null, chosen: 0, pointed: 0, pointSize: 2, pointMode: 0, blockMode: "type", order: data.added.length,
       showPoints: p.shown > 0, showLines: true, showFound: true, showAdded: true, showNotJudged: true, showDesign: Boolean(data.surfaces.design),
       foundOpacity: 1, addedOpacity: 1, designOpacity: 0.28, labels: "added", onlyPoints: 0, fade: null, pointPush: 0,
     };
@@ -35,6 +37,10 @@ export class Viewer {
     this.update();
     this.moving();
     new ResizeObserver(() => this.redraw()).observe(canvas);
+  }
+  home(low, high) {
+    const blocks = this.data.blocks.filter(Boolean), reach = blocks.reduce((most, b) => Math.max(most, this.data.models[b.model].radius), 0);
+    return new Camera(low, high, blocks.map(b => b.centre), reach);
   }
   // Around the blocks, or the points when there are none.
   bounds() {
@@ -83,9 +89,30 @@ export class Viewer {
   }
   aspect() { return this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight); }
   redraw() {
+    this.pieces = null;
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => { this.waiting = false; this.drawNow(this.quick); });
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      if (this.quick === 0 && this.painter.heavy(this.state)) this.drawSlowly(this.haste > 1 ? [2, 0] : [0]); else this.drawNow(this.quick);
+    });
+  }
+  // The full picture of a large site, after a simpler one where the machine is slow: given up as soon as something moves.
+  drawSlowly([quick, ...later]) {
+    this.fit();
+    this.version++;
+    const mine = this.pieces = this.painter.inPieces(this.state, quick);
+    const go = () => {
+      if (this.pieces !== mine) return;
+      const start = performance.now();
+      let piece;
+      do piece = mine.next(); while (!piece.done && performance.now() - start < PIECES_MS);
+      if (!piece.done) return void requestAnimationFrame(go);
+      this.matrix = piece.value;
+      this.drawn(quick);
+      if (later.length) this.drawSlowly(later); else this.pieces = null;
+    };
+    go();
   }
   // While something moves, quick pictures; the full one when it rests.
   moving() {
@@ -94,9 +121,14 @@ export class Viewer {
     this.rest = setTimeout(() => { this.quick = 0; this.redraw(); }, SETTLE_MS);
     this.redraw();
   }
-  drawNow(quick = 0) {
+  // The canvas as large as it is shown.
+  fit() {
     const ratio = Math.min(window.devicePixelRatio || 1, 2), w = Math.max(1, Math.round(this.canvas.clientWidth * ratio)), h = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
     if (this.canvas.width !== w || this.canvas.height !== h) { this.canvas.width = w; this.canvas.height = h; }
+  }
+  drawNow(quick = 0) {
+    this.pieces = null;
+    this.fit();
     this.version++;
     const start = performance.now();
     this.matrix = this.painter.draw(this.state, { quick });
@@ -106,7 +138,10 @@ export class Viewer {
       if (took > SLOW_MS) this.haste = Math.min(MOST_HASTE, quick + 1);
       else if (took < FAST_MS) this.haste = Math.max(1, quick - 1);
     }
-    drawOverlay(this);
+    this.drawn(quick);
+  }
+  drawn(quick) {
+    drawOverlay(this, quick >= ROUGH);
     this.onDrawn.forEach(f => f());
   }
   chosen({ number, from, fly }) {
