@@ -42,11 +42,13 @@ pub fn checked(found: &Preflight, terminal: &Terminal) {
         ));
     }
     let e = &found.expected;
-    terminal.say(format!(
-        "a guess of what a run takes: {:.0} s for the recognition, {:.1} GB",
-        e.recognition_s.ceil(),
-        e.memory_bytes as f64 / 1e9
-    ));
+    if e.points > 0 {
+        terminal.say(format!(
+            "a guess of what a run takes: {:.0} s for the recognition, {:.1} GB",
+            e.recognition_s.ceil(),
+            e.memory_bytes as f64 / 1e9
+        ));
+    }
     terminal.say(match found.because.len() {
         0 => "can be answered".to_string(),
         1 => "cannot be answered, because:".to_string(),

@@ -31,7 +31,7 @@ impl Default for BreakageConfig {
     fn default() -> Self {
         Self {
             samples: 900,
-            least_patch_blocks2: 0.025,
+            least_patch_blocks2: 0.02,
             least_rest: 0.7,
             least_cos: 0.35,
             times_usual: 2.0,
