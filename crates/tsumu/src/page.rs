@@ -254,13 +254,19 @@ fn count(planned: &Planned) -> Count {
     let basis = match range {
         Some(CountRange { plans, .. }) if range.is_some_and(CountRange::varied) => Text::new(
             format!(
-                "P10 to P90 of {plans} simulated plans with different seeds, minimum volumes and overflow thresholds"
+                "P10 to P90 of {plans} simulated plans with different seeds, minimum volumes and overflow thresholds, each built with the crane's errors"
             ),
-            format!("乱数の種・最小体積・許容突出量を変えた{plans}回の計画の10～90パーセンタイル"),
+            format!(
+                "乱数の種・最小体積・許容突出量を変えた{plans}回の計画を据付誤差込みで施工した場合の10～90パーセンタイル"
+            ),
         ),
         Some(CountRange { plans, .. }) => Text::new(
-            format!("P10 to P90 of {plans} simulated plans with different seeds"),
-            format!("乱数の種を変えた{plans}回の計画の10～90パーセンタイル"),
+            format!(
+                "P10 to P90 of {plans} simulated plans with different seeds, each built with the crane's errors"
+            ),
+            format!(
+                "乱数の種を変えた{plans}回の計画を据付誤差込みで施工した場合の10～90パーセンタイル"
+            ),
         ),
         None => Text::new(
             "one simulated plan; another seed gives another count",
