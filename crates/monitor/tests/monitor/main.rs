@@ -3,4 +3,5 @@
 mod alike;
 mod laws;
 mod pile;
+mod series;
 mod works;
