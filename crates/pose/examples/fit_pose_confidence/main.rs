@@ -131,6 +131,9 @@ fn collect(seed: u64, repeats: u64, out: &mut Kept) {
             if step < CUTS {
                 cuts(step, repeat, seed, out);
             }
+            if step < SMOOTH {
+                smooth(step, repeat, seed, out);
+            }
             let kind = step % nature::KINDS.len();
             let name = nature::KINDS[kind];
             // Every kind of land for some of the shapes, the others in the next repeat.
@@ -151,6 +154,23 @@ const BINS: usize = 2;
 const CUTS: usize = 2;
 /// Stairs and steps more for blocks of flat faces.
 const MORE_STAIRS: usize = 4;
+
+/// Surveys of smooth ground of a repeat for each shape and kind.
+const SMOOTH: usize = 3;
+
+/// Smooth ground with bumps as large as a block, which has hardly any noise to tell it by.
+fn smooth(step: usize, repeat: u64, seed: SeedTree, out: &mut Kept) {
+    for (kind, name) in nature::BUMPS.iter().enumerate() {
+        for (shape, own) in piles::shapes() {
+            let condition = format!("{name}/{shape}/{repeat}~{step}");
+            if !out.has(&condition) {
+                let survey =
+                    nature::bumps(kind, &own, seed.child(name, step as u64).child(shape, 0));
+                out.add(&condition, &rows(&condition, &survey, &own, None));
+            }
+        }
+    }
+}
 
 /// Surfaces of flat faces that are no blocks, which blocks of flat faces fit best: other steps and stairs.
 fn more_stairs(step: usize, repeat: u64, seed: SeedTree, out: &mut Kept) {

@@ -1,4 +1,4 @@
-//! Surveys without a block: land, stones, steps, plants, stairs.
+//! Surveys without a block: land, stones, steps, plants, stairs, waves and mounds.
 
 use geom::{PointCloud, SeedTree, Vec3};
 use rand::RngExt;
@@ -85,6 +85,55 @@ pub fn nature(kind: usize, catalog: &Catalog, seed: SeedTree) -> Survey {
         }
         points.push(Vec3::new(x, y, z + 0.01 * (r(-1.0, 1.0) + r(-1.0, 1.0))));
     }
+    Survey {
+        cloud: PointCloud::from_positions(points),
+        sensor: SensorKind::Uav,
+        ..Default::default()
+    }
+}
+
+/// What [`bumps`] makes: crests and hollows in a pattern, and mounds here and there.
+pub const BUMPS: [&str; 2] = ["waves", "mounds"];
+
+/// A survey from above of 5 × 5 block lengths of smooth ground whose bumps are about as large as the block; `kind` of [`BUMPS`].
+/// From hardly any noise to 2 % of the block, from thin to dense.
+pub fn bumps(kind: usize, catalog: &Catalog, seed: SeedTree) -> Survey {
+    let (_, model) = catalog.iter().next().expect("one block");
+    let d = model.d_box_m;
+    let mut rng = seed.rng();
+    let mut r = |low: f32, high: f32| rng.random_range(low..high);
+    let side = 5.0 * d;
+    let (along, across) = (d * r(0.7, 2.6), d * r(0.7, 2.6));
+    let (turn, height) = (r(0.0, 3.1), 0.5 * along.min(across) * r(0.2, 0.7));
+    let mounds: Vec<(f32, f32, f32, f32)> = (0..30)
+        .map(|_| {
+            let width = d * r(0.25, 0.7);
+            (r(0.0, side), r(0.0, side), width, width * r(0.5, 1.6))
+        })
+        .collect();
+    let dome = r(0.0, 0.1) / d;
+    let surface = |x: f32, y: f32| {
+        let (u, v) = (x * turn.cos() + y * turn.sin(), y * turn.cos() - x * turn.sin());
+        let (a, b) = (std::f32::consts::TAU / along, std::f32::consts::TAU / across);
+        let middle = 0.5 * side;
+        let whole = -dome * ((x - middle).powi(2) + (y - middle).powi(2));
+        let part = match kind {
+            0 => height * (a * u).sin() * (b * v).sin(),
+            _ => mounds
+                .iter()
+                .map(|m| m.3 * (-((x - m.0).powi(2) + (y - m.1).powi(2)) / (m.2 * m.2)).exp())
+                .fold(0.0, f32::max),
+        };
+        whole + part
+    };
+    let count = (r(120.0, 700.0) * side * side / (d * d)) as usize;
+    let noise_m = 0.02 * d * r(0.0, 1.0).powi(2);
+    let points = (0..count)
+        .map(|_| {
+            let (x, y) = (r(0.0, side), r(0.0, side));
+            Vec3::new(x, y, surface(x, y) + noise_m * (r(-1.0, 1.0) + r(-1.0, 1.0)))
+        })
+        .collect();
     Survey {
         cloud: PointCloud::from_positions(points),
         sensor: SensorKind::Uav,
