@@ -240,7 +240,8 @@ fn size_look(
     let stated = (off >= WARNED_FROM).then(|| stated_of(survey, &model.scaled(factor), job));
     let told = match stated {
         None => Told::Right,
-        Some(stated) if stated < FEWEST_BLOCKS => Told::Nothing,
+        // Smooth ground states some of the blocks that fit it best; of blocks that are there most are sure.
+        Some(stated) if stated < FEWEST_BLOCKS.max(best.found.div_ceil(2)) => Told::Nothing,
         Some(_) if off < REFUSED_FROM => Told::Slightly,
         Some(_) => Told::Wrong,
     };
