@@ -55,12 +55,11 @@ fn one_a_cell<K: Ord + Copy + Send>(points: &[Vec3], cells: &Cells<K>) -> Thinne
 
 /// The member nearest the mean of all; the smaller index wins a tie.
 fn nearest_the_mean(points: &[Vec3], members: &[u32]) -> u32 {
-    // About the first point, so that large coordinates do not cost digits.
+    // All about the first point: large coordinates cost no digits, and the choice is the same wherever the origin lies.
     let first = points[members[0] as usize];
-    let mean = members.iter().map(|&i| points[i as usize] - first).sum::<Vec3>()
-        / members.len() as f32
-        + first;
-    let distance2 = |i: u32| (points[i as usize] - mean).length_squared();
+    let from_first = |i: u32| points[i as usize] - first;
+    let mean = members.iter().map(|&i| from_first(i)).sum::<Vec3>() / members.len() as f32;
+    let distance2 = |i: u32| (from_first(i) - mean).length_squared();
     let by = |a: &&u32, b: &&u32| distance2(**a).total_cmp(&distance2(**b)).then(a.cmp(b));
     *members.iter().min_by(by).expect("a cell in the list has a point")
 }
