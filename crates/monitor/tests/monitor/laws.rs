@@ -48,8 +48,9 @@ proptest! {
         let b = Epoch { survey: &s2, blocks: seen(&catalog, &later, seed + 1) };
         let (there, back) = (run(&a, &b, &catalog), run(&b, &a, &catalog));
         let shift = there.reference.motion.shift().as_vec3();
-        // The survey's step comes out, and none of it is taken for movement.
-        prop_assert!((shift + step).length() < 0.006, "{} {}", shift, step);
+        // The survey's step comes out, and none of it is taken for movement: five standard deviations of the mean of 28 pairs
+        // of poses that are sure to 6 mm.
+        prop_assert!((shift + step).length() < 0.008, "{} {}", shift, step);
         let mut borderline = Vec::new();
         for c in &there.changes {
             let mirror = back.changes.iter().find(|m| m.later_id == c.earlier_id).unwrap();
