@@ -9,7 +9,7 @@ use geom::Observer;
 use scene::{BlockModel, Catalog, Segmentation, Survey};
 
 /// How many blocks of this type are stated when nothing but the search looks for them: what a proposed size is worth. Waves, stones
-/// and slopes have a size that fits best as well, and none of its blocks is sure.
+/// and slopes have a size that fits best as well, and few of its blocks are sure.
 pub fn stated_blocks(
     survey: &Survey,
     model: &BlockModel,
@@ -18,11 +18,7 @@ pub fn stated_blocks(
 ) -> Result<usize, PipelineError> {
     let catalog = Catalog::new(vec![model.clone()]);
     let (survey, config) = as_points(survey, &catalog, config);
-    let none = Segmentation {
-        instance: vec![0; survey.cloud.len()],
-        confidence: vec![0.0; survey.cloud.len()],
-        ..Segmentation::default()
-    };
+    let none = Segmentation::of_nothing(survey.cloud.len());
     let found = pose::recognise_pile(&survey, &none, &catalog, &config.pose, observer)?;
     Ok(found.blocks.iter().filter(|b| b.0.is_stated()).count())
 }

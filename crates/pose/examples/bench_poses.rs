@@ -79,11 +79,7 @@ fn main() {
         let segmentation = match segments.as_str() {
             "true" => true_segments(&made, &piled),
             "degraded" => degraded(&made, &piled, seed.child("degrade", 0)),
-            _ => Segmentation {
-                instance: vec![0; made.instance.len()],
-                confidence: vec![0.0; made.instance.len()],
-                ..Default::default()
-            },
+            _ => Segmentation::of_nothing(made.instance.len()),
         };
         let start = Instant::now();
         let cpu = cpu_s();
@@ -339,12 +335,7 @@ fn degraded(made: &SynthScene, catalog: &Catalog, seed: SeedTree) -> Segmentatio
         all.push(CentreHypothesis { centre: at, score: 0.3, points });
     }
     all.shuffle(&mut rng);
-    Segmentation {
-        instance: vec![0; position.len()],
-        confidence: vec![0.0; position.len()],
-        instances: 0,
-        hypotheses: all,
-    }
+    Segmentation { hypotheses: all, ..Segmentation::of_nothing(position.len()) }
 }
 
 /// Appends the features of every block, as `tsumu-lab reproduce pose-confidence` writes them.

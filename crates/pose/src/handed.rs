@@ -165,12 +165,7 @@ mod tests {
     fn mirrored_blocks_are_told_and_none_is_stated() {
         let catalog = Catalog::new(vec![corner(false)]);
         let found = |survey: &Survey| {
-            let n = survey.cloud.len();
-            let nothing = Segmentation {
-                instance: vec![0; n],
-                confidence: vec![0.0; n],
-                ..Default::default()
-            };
+            let nothing = Segmentation::of_nothing(survey.cloud.len());
             let config = PoseConfig { noise_sd_m: Some(0.01), ..Default::default() };
             recognise_pile(survey, &nothing, &catalog, &config, &Silent).unwrap().pile
         };

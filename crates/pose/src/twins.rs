@@ -34,7 +34,9 @@ const ALIKE: f32 = 0.55;
 const FITTED: usize = 40;
 /// Twins of a shape at most, those most alike first.
 const MOST: usize = 120;
-/// Reach of the last steps of a fit, in d_max.
+/// Reaches of a fit, in d_max: those that find a side again from any turn, those that end there, and the last.
+const FROM_AFAR: [f32; 3] = [0.3, 0.2, 0.12];
+const CLOSER: [f32; 2] = [0.08, 0.05];
 const FINE: f32 = 0.03;
 /// Points around a block, within so many d_max, that rank its twins; those that explain most are fitted to more.
 const FEW_NEARBY: usize = 200;
@@ -95,7 +97,7 @@ fn best_twins(template: &Template, at: &CentredPose, measured: &Measured) -> Vec
     let mut ranked: Vec<(f32, CentredPose)> = twins
         .iter()
         .map(|twin| {
-            let (at, _) = fit(&model, &few, twin_of(at, twin), &[0.05 * d]);
+            let (at, _) = fit(&model, &few, twin_of(at, twin), &[CLOSER[1] * d]);
             let (at, score) = fit(&model, &few, at, &[fine]);
             (score, at)
         })
@@ -173,7 +175,7 @@ fn alike_from(template: &Template, side: Vec3, own: &CentredPose) -> Vec<(f32, C
         .iter()
         .map(|&rotation| {
             let start = CentredPose { rotation, centre: own.centre };
-            let (at, score) = fit(&model, &points, start, &[0.3 * d, 0.2 * d, 0.12 * d]);
+            let (at, score) = fit(&model, &points, start, &FROM_AFAR.map(|reach| reach * d));
             (score, at)
         })
         .collect();
@@ -182,7 +184,7 @@ fn alike_from(template: &Template, side: Vec3, own: &CentredPose) -> Vec<(f32, C
     coarse
         .into_iter()
         .take(FITTED)
-        .map(|(_, at)| fit(&model, &points, at, &[0.08 * d, 0.05 * d, fine, fine]).0)
+        .map(|(_, at)| fit(&model, &points, at, &[CLOSER[0] * d, CLOSER[1] * d, fine, fine]).0)
         .map(|at| (score(at) / whole, at))
         .filter(|(alike, at)| *alike > ALIKE && !is_another_of(template, at, own))
         .collect()

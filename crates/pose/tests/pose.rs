@@ -63,10 +63,6 @@ fn segments(made: &SynthScene, catalog: &Catalog) -> Segmentation {
     }
 }
 
-fn nothing_known(points: usize) -> Segmentation {
-    Segmentation { instance: vec![0; points], confidence: vec![0.0; points], ..Default::default() }
-}
-
 fn judge(made: &SynthScene, found: &[Recognised], catalog: &Catalog) -> PoseScore {
     let pairs = made.scene.blocks.iter().zip(&made.occlusion);
     let truths: Vec<TrueBlock> =
@@ -141,7 +137,7 @@ fn a_pile_whose_bed_nobody_measured_keeps_its_lowest_blocks() {
         let kept: Vec<usize> = (0..made.instance.len()).filter(|&i| made.instance[i] > 0).collect();
         made.survey.cloud = made.survey.cloud.select(&kept);
         made.instance = kept.iter().map(|&i| made.instance[i]).collect();
-        let unknown = nothing_known(made.instance.len());
+        let unknown = Segmentation::of_nothing(made.instance.len());
         let found = run(&made, &unknown, &catalog, &PoseConfig::default());
         let score = judge(&made, &found, &catalog);
         let wrong = (score.counts.false_positives, score.counts.false_negatives);
@@ -170,7 +166,7 @@ fn land_and_steps_hold_no_block() {
         let survey = Survey { cloud, sensor: SensorKind::Uav, ..Default::default() };
         for &shape in shapes {
             let catalog = catalog(&[shape]);
-            let nothing = nothing_known(survey.cloud.len());
+            let nothing = Segmentation::of_nothing(survey.cloud.len());
             let config = PoseConfig::default();
             let found = recognise_pile(&survey, &nothing, &catalog, &config, &Silent).unwrap();
             assert_eq!(found.pile.stated, 0, "{shape:?}: {:?}", found.pile);
@@ -183,7 +179,7 @@ fn land_and_steps_hold_no_block() {
 fn blocks_of_another_size_or_shape_are_not_stated() {
     let piled = catalog(&[Shape::Tetrapod { size: 2.0 }]);
     let made = pile(&piled, 0.01, 18);
-    let nothing = nothing_known(made.instance.len());
+    let nothing = Segmentation::of_nothing(made.instance.len());
     let stated = |catalog: &Catalog| {
         let config = PoseConfig::default();
         recognise_pile(&made.survey, &nothing, catalog, &config, &Silent).unwrap().pile
@@ -246,7 +242,7 @@ fn any_order_and_any_seed_give_the_same_blocks() {
 fn leftovers_alone_find_blocks_no_network_saw() {
     let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
     let made = pile(&catalog, 0.01, 12);
-    let unknown = nothing_known(made.instance.len());
+    let unknown = Segmentation::of_nothing(made.instance.len());
     let score = judge(&made, &run(&made, &unknown, &catalog, &PoseConfig::default()), &catalog);
     assert_eq!((score.counts.false_positives, score.counts.false_negatives), (0, 0), "{score:?}");
     let blind = PoseConfig { re_search: false, ..Default::default() };
@@ -271,7 +267,7 @@ fn sizes_six_per_cent_apart_are_told_apart() {
 fn the_steps_are_the_stage() {
     let catalog = catalog(&[Shape::Tetrapod { size: 2.0 }]);
     let made = pile(&catalog, 0.03, 21);
-    let unknown = nothing_known(made.instance.len());
+    let unknown = Segmentation::of_nothing(made.instance.len());
     let config = PoseConfig::default();
     let ready = Templates::new(&catalog, &config).unwrap();
     let prepared = prepare(&made.survey, &unknown, &catalog, &config, &Silent).unwrap().unwrap();
@@ -298,7 +294,7 @@ fn the_order_of_the_catalogue_decides_nothing() {
     let back = Catalog::new(vec![entry(1), entry(0)]);
     let made = pile(&there, 0.03, 21);
     // Without segments every place is one that the stage finds by itself.
-    for segmentation in [segments(&made, &there), nothing_known(made.instance.len())] {
+    for segmentation in [segments(&made, &there), Segmentation::of_nothing(made.instance.len())] {
         let found = run(&made, &segmentation, &there, &PoseConfig::default());
         let mut swapped = run(&made, &segmentation, &back, &PoseConfig::default());
         let swap = |fit: &mut Fit| {
@@ -350,7 +346,7 @@ fn the_thesis_way_works_on_true_segments_and_in_windows() {
     let score = judge(&made, &run(&made, &segments(&made, &catalog), &catalog, &thesis), &catalog);
     assert!(score.counts.recall().unwrap() >= 0.7, "{score:?}");
     let windows = PoseConfig { places: Places::Windows, ..thesis };
-    let found = run(&made, &nothing_known(made.instance.len()), &catalog, &windows);
+    let found = run(&made, &Segmentation::of_nothing(made.instance.len()), &catalog, &windows);
     assert!(!found.is_empty());
 }
 
@@ -389,14 +385,14 @@ fn wrong_input_is_named() {
         |survey: &Survey, segmentation: &Segmentation, catalog: &Catalog, config: &PoseConfig| {
             recognise(survey, segmentation, catalog, config, SeedTree::new(1), &Silent)
         };
-    let (ok, known) = (PoseConfig::default(), nothing_known(100));
+    let (ok, known) = (PoseConfig::default(), Segmentation::of_nothing(100));
     let s = survey(floor.clone());
     assert_eq!(go(&s, &known, &Catalog::default(), &ok), Err(PoseError::NoModels));
     assert_eq!(
-        go(&s, &nothing_known(3), &catalog, &ok),
+        go(&s, &Segmentation::of_nothing(3), &catalog, &ok),
         Err(PoseError::LabelCount { labels: 3, points: 100 })
     );
-    let mut bad = nothing_known(100);
+    let mut bad = Segmentation::of_nothing(100);
     bad.hypotheses.push(CentreHypothesis { centre: Vec3::ZERO, score: 1.0, points: vec![100] });
     assert_eq!(
         go(&s, &bad, &catalog, &ok),
@@ -412,7 +408,10 @@ fn wrong_input_is_named() {
         go(&s, &known, &catalog, &config),
         Err(PoseError::BadConfig { key: "noise_sd_m", .. })
     ));
-    assert_eq!(go(&survey(Vec::new()), &nothing_known(0), &catalog, &ok), Ok(Vec::new()));
+    assert_eq!(
+        go(&survey(Vec::new()), &Segmentation::of_nothing(0), &catalog, &ok),
+        Ok(Vec::new())
+    );
 }
 
 fn one_segment(points: Vec<Vec3>, centre: Vec3) -> (Survey, Segmentation) {

@@ -71,8 +71,8 @@ pub struct SizeLook {
     pub explained: f32,
     /// Blocks found.
     pub found: usize,
-    /// Where the size is not the catalogue's: blocks of the fitted size that would be stated. Without a few of them the survey shows no
-    /// size at all.
+    /// Where the size is not the catalogue's: blocks of the fitted size that would be stated. Without half of those found the survey
+    /// shows no size at all.
     pub stated: Option<usize>,
 }
 

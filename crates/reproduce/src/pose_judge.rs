@@ -61,8 +61,7 @@ pub fn true_segments(made: &SynthScene, catalog: &Catalog) -> Segmentation {
 
 /// A segmentation that knows nothing.
 pub fn no_segments(made: &SynthScene) -> Segmentation {
-    let points = made.instance.len();
-    Segmentation { instance: vec![0; points], confidence: vec![0.0; points], ..Default::default() }
+    Segmentation::of_nothing(made.instance.len())
 }
 
 /// Several scenes' verdict.

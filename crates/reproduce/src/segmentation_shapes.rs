@@ -114,12 +114,7 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
 
 /// The points of recognised blocks as instances.
 pub fn of_blocks(blocks: &[Recognised], points: usize) -> Segmentation {
-    let mut found = Segmentation {
-        instance: vec![0; points],
-        confidence: vec![0.0; points],
-        instances: blocks.len(),
-        ..Default::default()
-    };
+    let mut found = Segmentation { instances: blocks.len(), ..Segmentation::of_nothing(points) };
     for (label, block) in (1..).zip(blocks) {
         for &i in &block.points {
             found.instance[i as usize] = label;

@@ -39,3 +39,10 @@ pub struct Segmentation {
     /// How many hypotheses are instances.
     pub instances: usize,
 }
+
+impl Segmentation {
+    /// One that knows nothing of so many points.
+    pub fn of_nothing(points: usize) -> Self {
+        Self { instance: vec![0; points], confidence: vec![0.0; points], ..Self::default() }
+    }
+}

@@ -15,7 +15,7 @@ const LAST_STEP: f32 = 0.02;
 const ALONG: f32 = 1.5;
 /// Side of a pixel in distances between points.
 const PIXEL: f32 = 1.3;
-/// Points looked at; of more every n-th is.
+/// Points looked at at most, about; more are thinned, so that their order does not matter.
 const POINTS: usize = 60_000;
 /// Fewer points say nothing.
 const FEWEST: usize = 100;
@@ -31,8 +31,7 @@ pub fn camera_place(points: &[Vec3], deeper_m: f32) -> Option<Vec3> {
         return None;
     }
     let middle = bounds.centre();
-    let step = points.len().div_ceil(POINTS);
-    let some: Vec<Vec3> = points.iter().copied().step_by(step).collect();
+    let some = if points.len() > POINTS { thinned(points)? } else { points.to_vec() };
     let pixel_m = PIXEL * spacing_m(&some)?;
     let hidden = |place: Vec3| hidden(&some, place, middle, pixel_m, deeper_m);
     let above = HEIGHTS.map(|height| middle + Vec3::Z * (height * size_m));
@@ -93,15 +92,28 @@ fn hidden(points: &[Vec3], place: Vec3, middle: Vec3, pixel_m: f32, deeper_m: f3
     behind.count() + points.len() - seen.len()
 }
 
+/// One point in each cell of about as many cells as points are looked at.
+fn thinned(points: &[Vec3]) -> Option<Vec<Vec3>> {
+    let cell_m = guess_m(points, POINTS)?;
+    // Of two points as near the middle of their cell the first stays.
+    let mut points = points.to_vec();
+    points.sort_unstable_by(|a, b| {
+        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+    });
+    Some(thin_from_lowest(&points, cell_m).kept.iter().map(|&i| points[i as usize]).collect())
+}
+
+/// Distance of `count` points spread over the two longer sides of the cloud.
+fn guess_m(points: &[Vec3], count: usize) -> Option<f32> {
+    let mut sides = Bounds::of(points.iter().copied()).size().to_array();
+    sides.sort_by(f32::total_cmp);
+    let guess_m = (sides[1] * sides[2] / count as f32).sqrt();
+    (guess_m > 0.0).then_some(guess_m)
+}
+
 /// Median distance between neighbours, from how many lie on a disc.
 fn spacing_m(points: &[Vec3]) -> Option<f32> {
-    let size = Bounds::of(points.iter().copied()).size().to_array();
-    let mut sides = size;
-    sides.sort_by(f32::total_cmp);
-    let guess_m = (sides[1] * sides[2] / points.len() as f32).sqrt();
-    if !(guess_m > 0.0) {
-        return None;
-    }
+    let guess_m = guess_m(points, points.len())?;
     let grid = PointGrid::new(points, 2.0 * guess_m);
     let radius_m = 3.0 * guess_m;
     let spacing = |&i: &u32| {
@@ -119,7 +131,7 @@ mod tests {
     use super::*;
 
     /// A floor with balls on it, as a camera sees them: the first along each ray.
-    fn seen_from(camera: Vec3) -> Vec<Vec3> {
+    fn seen_from(camera: Vec3, rays: usize) -> Vec<Vec3> {
         let balls: Vec<(Vec3, f32)> = (0..25)
             .map(|k| {
                 let (x, y) = ((k % 5) as f32 * 0.2 - 0.4, (k / 5) as f32 * 0.2 - 0.4);
@@ -127,9 +139,9 @@ mod tests {
             })
             .collect();
         let mut points = Vec::new();
-        for i in 0..120 * 120 {
-            let on_floor =
-                Vec3::new((i % 120) as f32 / 120.0 - 0.5, (i / 120) as f32 / 120.0 - 0.5, 0.0);
+        let along = |i: usize| i as f32 / rays as f32 - 0.5;
+        for i in 0..rays * rays {
+            let on_floor = Vec3::new(along(i % rays), along(i / rays), 0.0);
             let ray = on_floor - camera;
             let (length, ray) = (ray.length(), ray.normalize());
             let hit = balls.iter().filter_map(|(centre, radius)| {
@@ -144,8 +156,10 @@ mod tests {
 
     #[test]
     fn the_camera_is_where_the_cloud_hides_nothing() {
-        for camera in [Vec3::new(0.0, 0.0, 1.1), Vec3::new(0.25, -0.1, 0.8)] {
-            let mut points = seen_from(camera);
+        // The last has more points than are looked at.
+        let aside = Vec3::new(0.25, -0.1, 0.8);
+        for (camera, rays) in [(Vec3::Z * 1.1, 120), (aside, 120), (aside, 280)] {
+            let mut points = seen_from(camera, rays);
             let found = camera_place(&points, 0.01).unwrap();
             let off = (found.normalize().angle_between(camera.normalize())).to_degrees();
             assert!(off < 4.0, "{camera}: {found}");
@@ -158,6 +172,6 @@ mod tests {
     #[test]
     fn too_few_points_tell_nothing() {
         assert_eq!(camera_place(&[Vec3::ZERO; 200], 0.01), None);
-        assert_eq!(camera_place(&seen_from(Vec3::Z)[..50], 0.01), None);
+        assert_eq!(camera_place(&seen_from(Vec3::Z, 120)[..50], 0.01), None);
     }
 }

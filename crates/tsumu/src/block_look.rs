@@ -147,7 +147,7 @@ enum Told {
     Slightly,
     /// Another one.
     Wrong,
-    /// Something fits another size best, and none of its blocks is sure: no pile of such blocks.
+    /// Something fits another size best, and few of its blocks are sure: no pile of such blocks.
     Nothing,
 }
 
@@ -182,7 +182,7 @@ fn sizes(
                 Complaint::warning("size", file, sentence(&look), advice)
             }
             Told::Nothing => {
-                let text = format!("{}, and none of them is sure", sentence(&look));
+                let text = format!("{}, and fewer than half of them are sure", sentence(&look));
                 let advice =
                     "see that the pile itself is surveyed, and hold the size against the drawing";
                 found.complaints.push(Complaint::warning("size", file, text, advice));

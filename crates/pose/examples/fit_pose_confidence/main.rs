@@ -19,7 +19,7 @@ mod piles;
 mod types;
 
 use geom::{SeedTree, Silent};
-use pose::{EvidenceConfig, NAMES, PoseConfig};
+use pose::{EvidenceConfig, NAMES, Outcome, PoseConfig};
 use rand::RngExt;
 use scene::{Catalog, PoseLimits, PosedModel, Segmentation, Survey};
 use std::collections::BTreeSet;
@@ -242,21 +242,11 @@ fn wrong_catalogue(own: &Catalog, s: usize, step: usize, seed: SeedTree) -> (Str
 /// A row for every accepted block of a survey; without truth all are wrong.
 fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&SynthScene>) -> String {
     let evidence = EvidenceConfig { min_confidence: 0.0, max_shared: 0.2, ..Default::default() };
-    let config = PoseConfig { evidence, ..Default::default() };
-    let n = survey.cloud.len();
-    let nothing =
-        Segmentation { instance: vec![0; n], confidence: vec![0.0; n], ..Default::default() };
-    let found = match pose::recognise_pile(survey, &nothing, catalog, &config, &Silent) {
-        // All blocks together tell the wrong size, and none is stated.
-        Ok(found) if found.pile.wrong_size() => return String::new(),
-        Ok(found) => found.blocks,
-        Err(e) => {
-            eprintln!("{condition}: {e}");
-            return String::new();
-        }
-    };
+    let found = recognised(condition, survey, catalog, evidence);
+    // All blocks together tell the wrong size, and none is stated.
+    let Some(found) = found.filter(|f| !f.pile.wrong_size()) else { return String::new() };
     let mut out = String::new();
-    for (block, features) in found {
+    for (block, features) in found.blocks {
         let Some(features) = features else { continue };
         let Some(fit) = block.fit() else { continue };
         let model = catalog.get(fit.model);
@@ -290,4 +280,18 @@ fn rows(condition: &str, survey: &Survey, catalog: &Catalog, truth: Option<&Synt
         out += &format!("{condition},{right},{flat},{shift:.2},{turn:.2},{terms}\n");
     }
     out
+}
+
+/// What is accepted in a survey without any segments; a failure is told, and is `None`.
+fn recognised(
+    condition: &str,
+    survey: &Survey,
+    catalog: &Catalog,
+    evidence: EvidenceConfig,
+) -> Option<Outcome> {
+    let config = PoseConfig { evidence, ..Default::default() };
+    let nothing = Segmentation::of_nothing(survey.cloud.len());
+    pose::recognise_pile(survey, &nothing, catalog, &config, &Silent)
+        .map_err(|e| eprintln!("{condition}: {e}"))
+        .ok()
 }

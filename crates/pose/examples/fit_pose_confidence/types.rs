@@ -2,9 +2,9 @@
 
 use crate::logistic::name;
 use crate::piles;
-use geom::{SeedTree, Silent};
-use pose::{EvidenceConfig, PoseConfig};
-use scene::{BlockSpec, Catalog, CatalogSpec, PosedModel, Segmentation, Shape};
+use geom::SeedTree;
+use pose::EvidenceConfig;
+use scene::{BlockSpec, Catalog, CatalogSpec, PosedModel, Shape};
 use std::collections::BTreeMap;
 use synth::{Recipe, SynthScene};
 
@@ -72,19 +72,11 @@ fn catalog(shapes: [Shape; 2]) -> Catalog {
 
 fn rows(condition: &str, made: &SynthScene, catalog: &Catalog) -> String {
     let evidence = EvidenceConfig { min_confidence: 0.0, ..Default::default() };
-    let config = PoseConfig { evidence, ..Default::default() };
-    let n = made.survey.cloud.len();
-    let nothing =
-        Segmentation { instance: vec![0; n], confidence: vec![0.0; n], ..Default::default() };
-    let found = match pose::recognise_pile(&made.survey, &nothing, catalog, &config, &Silent) {
-        Ok(found) => found.blocks,
-        Err(e) => {
-            eprintln!("{condition}: {e}");
-            return String::new();
-        }
+    let Some(found) = crate::recognised(condition, &made.survey, catalog, evidence) else {
+        return String::new();
     };
     let mut out = String::new();
-    for (block, features) in found {
+    for (block, features) in found.blocks {
         let Some(margin) = features.map(|f| f.type_margin).filter(|m| m.is_finite()) else {
             continue;
         };
