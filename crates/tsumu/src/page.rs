@@ -5,7 +5,7 @@ use crate::planning::Planned;
 use crate::ratings::WeightRecord;
 use crate::recognition::Recognition;
 use crate::review::ReviewRecord;
-use crate::summary::{CountRange, PlannedSummary, RecogniseSummary};
+use crate::summary::{PlannedSummary, RecogniseSummary};
 use crate::unfilled::why;
 use crate::{Result, Site, sheet_font};
 use geom::{DVec3, Stage, Vec2, Warning};
@@ -252,22 +252,25 @@ fn count(planned: &Planned) -> Count {
     // One plan is no range.
     let range = planned.range.as_ref().filter(|r| r.plans > 1);
     let basis = match range {
-        Some(CountRange { plans, .. }) if range.is_some_and(CountRange::varied) => Text::new(
-            format!(
-                "P10 to P90 of {plans} simulated plans with different seeds, minimum volumes and overflow thresholds, each built with the crane's errors"
-            ),
-            format!(
-                "乱数の種・最小体積・許容突出量を変えた{plans}回の計画を据付誤差込みで施工した場合の10～90パーセンタイル"
-            ),
-        ),
-        Some(CountRange { plans, .. }) => Text::new(
-            format!(
-                "P10 to P90 of {plans} simulated plans with different seeds, each built with the crane's errors"
-            ),
-            format!(
-                "乱数の種を変えた{plans}回の計画を据付誤差込みで施工した場合の10～90パーセンタイル"
-            ),
-        ),
+        Some(range) => {
+            let (varied, varied_ja) = match range.varied() {
+                true => (", minimum volumes and overflow thresholds", "・最小体積・許容突出量"),
+                false => ("", ""),
+            };
+            let (built, built_ja) = match range.built {
+                true => (", each built with the crane's errors", "を据付誤差込みで施工した場合"),
+                false => ("", ""),
+            };
+            let plans = range.plans;
+            Text::new(
+                format!(
+                    "P10 to P90 of {plans} simulated plans with different seeds{varied}{built}"
+                ),
+                format!(
+                    "乱数の種{varied_ja}を変えた{plans}回の計画{built_ja}の10～90パーセンタイル"
+                ),
+            )
+        }
         None => Text::new(
             "one simulated plan; another seed gives another count",
             "一回のシミュレーションの結果。乱数の種を変えると個数も変わる",

@@ -118,8 +118,8 @@ impl Site {
             parts.part(JobPart::Plan, || pipeline::plan_works(&works, &self.config, seed, job))?;
         let range = parts.part(JobPart::Range, || match self.config.plan.uncertainty.seeds {
             0 => Ok(None),
-            seeds => pipeline::count_range(&works, &pile, &self.config, seed, job)
-                .map(|found| Some(CountRange::of(&found, seeds))),
+            _ => pipeline::count_range(&works, &pile, &self.config, seed, job)
+                .map(|found| Some(CountRange::of(&found, &self.config.plan.uncertainty))),
         })?;
         let unfilled = self.unfilled(&works, &pile, &plan)?;
         let proposer = proposer.and_then(|p| p.file.clone());

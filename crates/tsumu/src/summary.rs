@@ -3,7 +3,7 @@
 use crate::recognition::Recognition;
 use metrics::Repeatability;
 use pipeline::PileVerdict;
-use plan::{BlockChoice, ThresholdRange, Uncertainty, UnfilledReason};
+use plan::{BlockChoice, ThresholdRange, Uncertainty, UncertaintyConfig, UnfilledReason};
 use scene::{Catalog, Placement, Plan, PlanSummary, Survey};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
@@ -172,6 +172,8 @@ pub struct CountRange {
     pub seeds: u32,
     /// Plans in all.
     pub plans: usize,
+    /// Whether each plan was built with the crane's errors and planned on from; else plans are counted.
+    pub built: bool,
     /// P10.
     pub p10: f32,
     /// Median.
@@ -218,7 +220,7 @@ fn nan_if_null<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
 }
 
 impl CountRange {
-    pub(crate) fn of(found: &Uncertainty, seeds: u32) -> Self {
+    pub(crate) fn of(found: &Uncertainty, study: &UncertaintyConfig) -> Self {
         let of = |t: &ThresholdRange| RangeOfThresholds {
             minimum_volume_m3: t.minimum_volume_m3,
             overflow_m: t.overflow_m,
@@ -229,8 +231,9 @@ impl CountRange {
             void_after_m3: t.void_after_m3,
         };
         Self {
-            seeds,
+            seeds: study.seeds,
             plans: found.cases.len(),
+            built: study.building.shifts > 0,
             p10: found.blocks.p10,
             p50: found.blocks.p50,
             p90: found.blocks.p90,
