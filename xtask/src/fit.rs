@@ -59,7 +59,8 @@ pub fn fit(args: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Fits the curve of shipped weights; `OUT/model.safetensors` is the file with the new curve.
+/// Fits the curve of shipped weights; `OUT/model.safetensors` is the file with the new curve, of which `tsumu-lab halve` makes what
+/// is shipped.
 fn votes(weights: &str, out: &Path) -> Result<()> {
     let model = root().join(format!("crates/segment/weights/{weights}.safetensors"));
     let [model, made] = [model, out.join("model.safetensors")].map(|p| p.display().to_string());
