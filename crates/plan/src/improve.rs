@@ -102,7 +102,7 @@ fn turned<'a>(site: &Site<'a>, stack: &Stack, seed: SeedTree) -> Vec<Vec<TypeToP
             allowed: kind.allowed.clone(),
             stock: kind.stock,
             cost: kind.cost,
-            by_worth: (turn % 2 == 1).then_some(kind.settings.objective),
+            by_worth: kind.by_worth.filter(|_| turn % 2 == 1),
         }
     };
     (0..TURNS).map(|turn| site.types.iter().map(|kind| of(kind, turn)).collect()).collect()

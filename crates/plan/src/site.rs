@@ -211,7 +211,10 @@ fn type_to_place<'a>(
     let closed = assortment::closed_zones(&config.zones, mass_kg, input.frame)?;
     let allowed = Allowed { reach, closed };
     let Choice { model, stock, cost } = *choice;
-    Ok(TypeToPlace { settings, model, poses, guided, allowed, stock, cost, by_worth: None })
+    // A plan that is improved is made by the same measure from the start, unless people taught another one.
+    let by_worth = settings.search.weights.is_none() && settings.search.improve > 0.0;
+    let by_worth = by_worth.then_some(settings.objective);
+    Ok(TypeToPlace { settings, model, poses, guided, allowed, stock, cost, by_worth })
 }
 
 fn warn(observer: &dyn Observer, message: String) {

@@ -21,7 +21,7 @@ const SHAPES: [(&str, Make); 2] =
 /// Overflow threshold of all plans, m: the method's for the larger type.
 const OVERFLOW_M: f32 = 0.315;
 /// Trials a block of the improved plans.
-const PASSES: [f32; 2] = [1.0, 3.0];
+const PASSES: [f32; 1] = [1.0];
 /// What lifting a block costs, as so much concrete.
 const LIFT_M3: f64 = 1.0;
 

@@ -15,14 +15,15 @@ pub const EXPERIMENT: Experiment = Experiment {
 
 /// Policy, trials a block after the rounds, temperature.
 type Way = (&'static str, Policy, [f32; 2]);
-/// Trials a block of the long search.
-const LONG: f32 = 100.0;
+/// Trials a block of the long search: more than a hundred times the work of the rounds.
+const LONG: f32 = 30.0;
 /// The last is the long search.
-const WAYS: [Way; 6] = [
+const WAYS: [Way; 7] = [
     ("random", Policy::Random, [0.0, 0.0]),
     ("network", Policy::Network, [0.0, 0.0]),
     ("search", Policy::Search, [0.0, 0.0]),
     ("search improve 1", Policy::Search, [1.0, 0.0]),
+    ("search improve 2", Policy::Search, [2.0, 0.0]),
     ("search improve 4", Policy::Search, [4.0, 0.0]),
     ("long search", Policy::Search, [LONG, 0.3]),
 ];
