@@ -58,17 +58,12 @@ pub(crate) fn placed(
     round: u32,
     seed: SeedTree,
 ) -> Vec<Placement> {
-    let Some(attitudes) = &kind.guided else { return Vec::new() };
-    // Also what touches too high at first.
-    let mut high = kind.settings.clone();
-    (high.overflow_m, high.search.verify) = (kind.settings.window_m, STARTS);
-    let starts = attitudes.candidates(stack, &high, kind.model, window);
+    let starts = touching(kind, stack, window);
     let guide = Guide::new(kind, stack, window);
     let mut rng = seed.child("guided", 0).rng();
-    let touching = starts.iter().map(|s| s.pose);
-    let starts_of_rests: Vec<Pose> =
-        touching.chain(guide.free_poses(window, SAMPLES, FREE, &mut rng)).collect();
-    let rests = rests(kind, stack, &starts_of_rests, window, round);
+    let free = guide.free_poses(window, &starts, (SAMPLES, FREE), &mut rng);
+    let let_go: Vec<Pose> = starts.iter().map(|s| s.pose).chain(free).collect();
+    let rests = rests(kind, stack, &let_go, window, round);
     let rolled = rests.iter().take(TARGETS).find_map(|rest| {
         let path = guide.way_to(rest, &mut rng)?;
         guide.verdict(kind, &path, round)
@@ -80,6 +75,18 @@ pub(crate) fn placed(
         led.iter().find_map(|end| guide.verdict(kind, &end.path, round))
     });
     kept.into_iter().collect()
+}
+
+/// Poses that touch first in a window, those that touch too high included.
+pub(crate) fn touching(
+    kind: &TypeToPlace,
+    stack: &Stack,
+    window: &Window,
+) -> Vec<search::Candidate> {
+    let Some(attitudes) = &kind.guided else { return Vec::new() };
+    let mut high = kind.settings.clone();
+    (high.overflow_m, high.search.verify) = (kind.settings.window_m, STARTS);
+    attitudes.candidates(stack, &high, kind.model, window)
 }
 
 /// From a node of a tree of moves to its root.
@@ -162,28 +169,31 @@ impl<'g, 's> Guide<'g, 's> {
         Pose::from_parts(rest.translation + up, rest.rotation)
     }
 
-    /// Free poses of a window, at most `most`, of `samples` drawn anywhere between the lowest place and the highest allowed,
-    /// however they are shut in.
+    /// Free poses of a window, at most `most` of `samples` drawn, however they are shut in: every second anywhere between the highest
+    /// allowed and a block's length below, the others under and beside what touches first, turned a little.
     pub(crate) fn free_poses(
         &self,
         window: &Window,
-        samples: u32,
-        most: usize,
+        touching: &[search::Candidate],
+        (samples, most): (u32, usize),
         rng: &mut impl Rng,
     ) -> Vec<Pose> {
         let mut found = Vec::new();
-        for _ in 0..samples {
-            let mut even = || rng.random::<f32>() - 0.5;
-            let place = window.centre + Vec2::new(even(), even()) * self.settings.window_m;
-            let highest_m = shut::highest_m(self.kind, self.stack, place);
-            let below_m = rng.random::<f32>() * self.block.d_box_m;
-            let rotation = attitudes::random(rng);
-            let centre = place.extend(highest_m - below_m);
-            if !centre.z.is_finite() {
-                continue;
-            }
-            let pose = silhouette::pose_at(self.block, rotation, centre);
-            if self.stack.is_inside(self.model, &pose, self.settings.inside)
+        for k in 0..samples as usize {
+            let near = touching.get(k / 2 % touching.len().max(1)).filter(|_| k % 2 == 1);
+            let pose = match near {
+                Some(start) => {
+                    let size = rng.random::<f32>() / SHIFT * 0.5;
+                    let mut pose = self.moved(&start.pose, size.min(1.0), rng);
+                    pose.translation.z -= 0.5 * rng.random::<f32>() * self.block.d_box_m;
+                    pose
+                }
+                None => self.anywhere(window, rng),
+            };
+            let centre = pose * self.block.centre;
+            let high_m = shut::highest_m(self.kind, self.stack, centre.truncate());
+            if centre.z <= high_m
+                && self.stack.is_inside(self.model, &pose, self.settings.inside)
                 && self.passage.is_clear(&pose, self.gap_m)
             {
                 found.push(pose);
@@ -193,6 +203,15 @@ impl<'g, 's> Guide<'g, 's> {
             }
         }
         found
+    }
+
+    fn anywhere(&self, window: &Window, rng: &mut impl Rng) -> Pose {
+        let mut even = || rng.random::<f32>() - 0.5;
+        let place = window.centre + Vec2::new(even(), even()) * self.settings.window_m;
+        let highest_m = shut::highest_m(self.kind, self.stack, place);
+        let below_m = rng.random::<f32>() * self.block.d_box_m;
+        let rotation = attitudes::random(rng);
+        silhouette::pose_at(self.block, rotation, place.extend(highest_m - below_m))
     }
 
     /// The poses of a way to a place of rest, from the one to which a block is lowered straight down to the one in which it is let go:

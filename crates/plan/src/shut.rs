@@ -83,7 +83,9 @@ fn what_became(
 ) -> ShutWindow {
     let guide = Guide::new(kind, stack, window);
     let mut rng = seed.child("samples", 0).rng();
-    let free: Vec<Pose> = guide.free_poses(window, samples, usize::MAX, &mut rng);
+    let touching = guided::touching(kind, stack, window);
+    let mut free = guide.free_poses(window, &touching, (samples, usize::MAX), &mut rng);
+    free.extend(touching.iter().map(|s| guide.above(&s.pose)));
     let mut found = ShutWindow {
         centre: window.centre,
         deficit_m3: window.deficit_m3,
