@@ -45,11 +45,7 @@ impl CraneConfig {
     }
 
     /// How far this load can be carried from each stand. Between two rows the smaller capacity counts.
-    pub(crate) fn reach(
-        &self,
-        block: &BlockModel,
-        frame: &SiteFrame,
-    ) -> Result<Reach, PlanError> {
+    pub(crate) fn reach(&self, block: &BlockModel, frame: &SiteFrame) -> Result<Reach, PlanError> {
         let (mass_kg, d_box_m) = (block.mass_kg(), block.d_box_m);
         let bad = |key, value, why| Err(PlanError::BadSetting { key, value, why });
         if self.stand.is_empty() {

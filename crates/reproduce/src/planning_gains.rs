@@ -16,8 +16,10 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 type Make = fn(f32) -> Shape;
-const SHAPES: [(&str, Make); 2] =
-    [("tetrapod", |size| Shape::Tetrapod { size }), ("xbloc-like", |size| Shape::XblocLike { size })];
+const SHAPES: [(&str, Make); 2] = [
+    ("tetrapod", |size| Shape::Tetrapod { size }),
+    ("xbloc-like", |size| Shape::XblocLike { size }),
+];
 /// Overflow threshold of all plans, m: the method's for the larger type.
 const OVERFLOW_M: f32 = 0.315;
 /// Trials a block of the improved plans.
@@ -86,10 +88,8 @@ fn ways(span: &Span) -> Vec<(String, PlanConfig)> {
         let blocks = names.iter().map(|n| choice(n)).collect();
         PlanConfig { block: None, blocks, ..base(Policy::Search) }
     };
-    let mut ways = vec![
-        ("random".into(), base(Policy::Random)),
-        ("search".into(), base(Policy::Search)),
-    ];
+    let mut ways =
+        vec![("random".into(), base(Policy::Random)), ("search".into(), base(Policy::Search))];
     for passes in PASSES {
         let mut config = base(Policy::Search);
         config.search.improve = passes;

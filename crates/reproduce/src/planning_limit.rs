@@ -55,7 +55,8 @@ fn body(bench: &Bench) -> Result<String, ReproduceError> {
             of_site(bench, &span, file, &mut rows)?;
             block_m3 = span.supplement_volume_m3();
             if number == 0 {
-                let words = format!("\n## {count} {title}\n\nEach like the first: {}\n\n", span.words());
+                let words =
+                    format!("\n## {count} {title}\n\nEach like the first: {}\n\n", span.words());
                 text.push_str(&words);
             }
         }

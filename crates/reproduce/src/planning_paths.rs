@@ -14,8 +14,10 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 type Make = fn(f32) -> Shape;
-const SHAPES: [(&str, Make); 2] =
-    [("tetrapod", |size| Shape::Tetrapod { size }), ("xbloc-like", |size| Shape::XblocLike { size })];
+const SHAPES: [(&str, Make); 2] = [
+    ("tetrapod", |size| Shape::Tetrapod { size }),
+    ("xbloc-like", |size| Shape::XblocLike { size }),
+];
 /// Poses looked at in each window; those that are free are let go.
 const SAMPLES: u32 = 6000;
 

@@ -207,9 +207,8 @@ pub(crate) fn settings(policy: Policy) -> PlanConfig {
 /// The method's minimum volume v for the supplement.
 pub(crate) fn method_volume_m3(span: &Span) -> Result<f32, ReproduceError> {
     let config = settings(Policy::Search);
-    let block = span
-        .catalog
-        .get(span.catalog.find(SUPPLEMENT).expect("it is in the span's catalogue"));
+    let block =
+        span.catalog.get(span.catalog.find(SUPPLEMENT).expect("it is in the span's catalogue"));
     Ok(config.resolve(block, span.catalog.d_max_m())?.minimum_volume_m3)
 }
 
@@ -218,7 +217,11 @@ pub(crate) fn site_table(span: &Span) -> String {
     let mut table = Table::new(&["", "here", "thesis"]);
     let rows = [
         ("site", "simulated".to_string(), "Sawara port"),
-        ("construction area, m", format!("{:.1} × {}", span.works.length_m, span.works.width_m), "150 × 25"),
+        (
+            "construction area, m",
+            format!("{:.1} × {}", span.works.length_m, span.works.width_m),
+            "150 × 25",
+        ),
         (
             "existing blocks",
             format!("{} tetrapods of 2.0 m", span.scene.blocks.len()),
