@@ -37,8 +37,7 @@ pub fn halve(args: &HalveArgs, terminal: &Terminal) -> Result<()> {
 
 /// A file, or the one in a training's folder.
 fn read(model: &Path) -> Result<Vec<u8>> {
-    let file =
-        if model.is_dir() { model.join("model.safetensors") } else { model.to_owned() };
+    let file = if model.is_dir() { model.join("model.safetensors") } else { model.to_owned() };
     std::fs::read(&file).with_context(|| file.display().to_string()).map_err(Error::bad_input)
 }
 

@@ -56,7 +56,8 @@ fn converted<const SIZE: usize>(
         return Ok(None);
     }
     let place = |tensor: &Value| {
-        let at = |i: usize| tensor["data_offsets"][i].as_u64().and_then(|o| usize::try_from(o).ok());
+        let at =
+            |i: usize| tensor["data_offsets"][i].as_u64().and_then(|o| usize::try_from(o).ok());
         let range = at(0)?..at(1)?;
         data.get(range.clone()).map(|numbers| (range.start, numbers))
     };

@@ -96,7 +96,6 @@ pub(crate) fn parts(bytes: &[u8]) -> Result<(serde_json::Value, &[u8]), WeightsE
         u64::from_le_bytes(bytes.get(..8).ok_or_else(short)?.try_into().expect("eight bytes"));
     let end = usize::try_from(length).ok().and_then(|l| l.checked_add(8)).ok_or_else(short)?;
     let text = bytes.get(8..end).ok_or_else(short)?;
-    let header =
-        serde_json::from_slice(text).map_err(|e| WeightsError::Format(e.to_string()))?;
+    let header = serde_json::from_slice(text).map_err(|e| WeightsError::Format(e.to_string()))?;
     Ok((header, &bytes[end..]))
 }
