@@ -57,7 +57,8 @@ pub fn write_over_own_kind(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
         && meta.len() > 0
         && !begins_alike(path, bytes).map_err(|e| IoError::read(path, e))?
     {
-        let what = "there is another kind of file already, which is not overwritten; choose another name";
+        let what =
+            "there is another kind of file already, which is not overwritten; choose another name";
         return Err(IoError::unsupported(path, what));
     }
     write_bytes(path, bytes)
