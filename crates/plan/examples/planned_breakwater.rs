@@ -70,10 +70,28 @@ fn main() {
             _ => {}
         }
     }
+    // Concrete of a block, m³, and a lift.
+    let cost = |model| catalog.get(model).volume_m3 + 1.0;
+    let choice = |name: &str| {
+        let (name, model) = (name.to_string(), catalog.find(name).expect("it is there"));
+        plan::BlockChoice { name, stock: None, cost: cost(model) }
+    };
+    match value("types", "").as_str() {
+        "both" => config.blocks = vec![choice("supplement"), choice("smaller")],
+        "smaller" => config.blocks = vec![choice("smaller")],
+        _ => {}
+    }
+    if !config.blocks.is_empty() {
+        config.block = None;
+    }
     println!(
-        "policy seed blocks mean_m max_m protruding void_before void_after porosity rounds drops over/unset/unst/out shut/opened/guided seconds"
+        "policy seed blocks mean_m max_m protruding void_before void_after porosity rounds drops over/unset/unst/out shut/opened/guided cost seconds"
     );
     let first = number("first", 0.0) as u64;
+    let samples = number("shut", 0.0) as u32;
+    if samples > 0 {
+        return shut(&input, &config, samples, SeedTree::new(first));
+    }
     for policy in value("policy", "random,search").split(',') {
         config.policy = match policy {
             "random" => Policy::Random,
@@ -88,7 +106,7 @@ fn main() {
             };
             let s = plan.summary;
             println!(
-                "{policy} {seed} {} {:.3} {:.2} {} {:.0} {:.0} {:.3} {} {} {}/{}/{}/{} {}/{}/{} {:.1}",
+                "{policy} {seed} {} {:.3} {:.2} {} {:.0} {:.0} {:.3} {} {} {}/{}/{}/{} {}/{}/{} {:.1} {:.1}",
                 s.blocks,
                 s.mean_distance_m,
                 s.max_distance_m,
@@ -105,9 +123,33 @@ fn main() {
                 s.shut,
                 s.opened,
                 s.guided,
+                plan.placements.iter().map(|p| cost(p.model)).sum::<f32>(),
                 started.elapsed().as_secs_f32()
             );
             debug_assert!(plan.placements.iter().all(|p| p.state == PlacementState::Kept));
         }
+    }
+}
+
+/// What shuts the windows that straight lowering leaves (`shut=6000`: so many poses looked at in each).
+fn shut(input: &PlanInput, config: &PlanConfig, samples: u32, seed: SeedTree) {
+    let found = plan::shut_windows(input, config, samples, seed, &Silent).expect("a plan");
+    println!("x_m y_m deficit_m3 tried too_high left unstable wedged straight hidden opened path");
+    for w in &found {
+        println!(
+            "{:.1} {:.1} {:.2} {} {} {} {} {} {} {} {} {}",
+            w.centre.x,
+            w.centre.y,
+            w.deficit_m3,
+            w.tried,
+            w.too_high,
+            w.left,
+            w.unstable,
+            w.wedged,
+            w.straight,
+            w.hidden,
+            w.opened,
+            w.path
+        );
     }
 }

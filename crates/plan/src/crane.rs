@@ -2,7 +2,7 @@
 
 use crate::{PlanError, assortment::lies_in};
 use geom::Vec2;
-use scene::SiteFrame;
+use scene::{BlockModel, SiteFrame};
 use serde::{Deserialize, Serialize};
 
 /// From hook to block, in block lengths, where nobody says.
@@ -45,12 +45,8 @@ impl CraneConfig {
     }
 
     /// How far this load can be carried from each stand. Between two rows the smaller capacity counts.
-    pub(crate) fn reach(
-        &self,
-        mass_kg: f32,
-        d_box_m: f32,
-        frame: &SiteFrame,
-    ) -> Result<Reach, PlanError> {
+    pub(crate) fn reach(&self, block: &BlockModel, frame: &SiteFrame) -> Result<Reach, PlanError> {
+        let (mass_kg, d_box_m) = (block.mass_kg(), block.d_box_m);
         let bad = |key, value, why| Err(PlanError::BadSetting { key, value, why });
         if self.stand.is_empty() {
             return bad("crane.stand", 0.0, "give at least one place [east, north] to stand");
@@ -63,11 +59,8 @@ impl CraneConfig {
         }
         let carried = self.capacity.iter().take_while(|row| row[1] >= mass_kg).last();
         let Some(row) = carried else {
-            return bad(
-                "crane.capacity",
-                self.capacity[0][1],
-                "the crane cannot lift this block at any radius",
-            );
+            let (name, most_kg) = (block.name.clone(), self.capacity[0][1]);
+            return Err(PlanError::TooHeavy { name, mass_kg, most_kg });
         };
         let local = |p: &[f64; 2]| {
             Vec2::new((p[0] - frame.origin[0]) as f32, (p[1] - frame.origin[1]) as f32)

@@ -14,6 +14,18 @@ pub enum PlanError {
         /// What is allowed.
         why: &'static str,
     },
+    /// A block that the crane lifts nowhere.
+    #[error(
+        "plan.crane.capacity: the crane lifts {most_kg:.0} kg at most, a \"{name}\" has {mass_kg:.0} kg: plan for a larger crane or a lighter type"
+    )]
+    TooHeavy {
+        /// Its type.
+        name: String,
+        /// Its mass.
+        mass_kg: f32,
+        /// Largest capacity of the table.
+        most_kg: f32,
+    },
     /// A count beyond all use.
     #[error(
         "plan.{key} = {value} is more than {most}, from which no plan gains; use a smaller number"

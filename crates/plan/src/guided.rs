@@ -1,14 +1,14 @@
 //! Guided insertion: where nothing can be lowered straight down and stays, the crane carries a block sideways and turns it (ours).
 //!
 //! In: a window that lacks volume and got no block. Out: a block that rests there by all rules of the planner, with the path it is
-//! carried along. Two ways lead to it. A block that is let go where it touches first rolls to a rest from which no shake moves it; the
-//! path there is searched backwards, out of the pile. Or it is led downhill from where it touches first. Both go by small moves of
+//! carried along. Two ways lead to it. A block that is let go where it touches first, or from any free pose in the window, comes to a rest
+//! from which no shake moves it; the path there is searched backwards, out of the pile. Or it is led downhill from where it touches first. Both go by small moves of
 //! which each is checked: the hulls against pile, ground and walls at steps so small that nothing is jumped over, and the sling, a
 //! plumb line above the centre of mass, against the surface. At last the block is carried along the path in physics, let go, judged and
 //! shaken like any other.
 
 use crate::{
-    Settings, acceptance, attitudes, carried, rounds, search,
+    Settings, acceptance, attitudes, carried, rounds, search, shut,
     silhouette::{self, lowered_height_m},
     site::TypeToPlace,
     stack::Stack,
@@ -21,10 +21,13 @@ use sim::{Passage, World};
 
 /// Poses that touch first from which a block is let roll. Free choice.
 const STARTS: u32 = 24;
+/// Poses drawn anywhere in the window, and most of them that are free and let go: rests that nothing rolls to from above.
+const SAMPLES: u32 = 1500;
+const FREE: usize = 48;
 /// Places of rest to which a way is searched.
-const TARGETS: usize = 4;
+const TARGETS: usize = 8;
 /// Moves tried on the way out.
-const MOVES: u32 = 240;
+const MOVES: u32 = 360;
 /// First touching poses that are led downhill, and moves tried from each.
 const LED: usize = 6;
 const LED_MOVES: u32 = 120;
@@ -42,6 +45,8 @@ const TURN_RAD: f32 = 0.35;
 /// Farthest from where it is lowered to where it is let go, in d_box, and most turned: what a slewing crane and two tag lines do.
 const FARTHEST: f32 = 1.0;
 const MOST_TURNED_RAD: f32 = 0.8;
+/// Cells by which a pose of rest is raised before it is asked whether it is reached straight from above.
+const RASTER: f32 = 1.0;
 /// Half the width of the sling and its hook block, in d_box.
 const SLING: f32 = 0.05;
 
@@ -53,14 +58,12 @@ pub(crate) fn placed(
     round: u32,
     seed: SeedTree,
 ) -> Vec<Placement> {
-    let Some(attitudes) = &kind.guided else { return Vec::new() };
-    // Also what touches too high at first.
-    let mut high = kind.settings.clone();
-    (high.overflow_m, high.search.verify) = (kind.settings.window_m, STARTS);
-    let starts = attitudes.candidates(stack, &high, kind.model, window);
+    let starts = touching(kind, stack, window);
     let guide = Guide::new(kind, stack, window);
     let mut rng = seed.child("guided", 0).rng();
-    let rests = rests(kind, stack, &starts, window, round);
+    let free = guide.free_poses(window, &starts, (SAMPLES, FREE), &mut rng);
+    let let_go: Vec<Pose> = starts.iter().map(|s| s.pose).chain(free).collect();
+    let rests = rests(kind, stack, &let_go, window, round);
     let rolled = rests.iter().take(TARGETS).find_map(|rest| {
         let path = guide.way_to(rest, &mut rng)?;
         guide.verdict(kind, &path, round)
@@ -74,6 +77,28 @@ pub(crate) fn placed(
     kept.into_iter().collect()
 }
 
+/// Poses that touch first in a window, those that touch too high included.
+pub(crate) fn touching(
+    kind: &TypeToPlace,
+    stack: &Stack,
+    window: &Window,
+) -> Vec<search::Candidate> {
+    let Some(attitudes) = &kind.guided else { return Vec::new() };
+    let mut high = kind.settings.clone();
+    (high.overflow_m, high.search.verify) = (kind.settings.window_m, STARTS);
+    attitudes.candidates(stack, &high, kind.model, window)
+}
+
+/// From a node of a tree of moves to its root.
+fn way_back(tree: &[(Pose, usize)], from: usize) -> Vec<Pose> {
+    let (mut way, mut at) = (vec![tree[from].0], from);
+    while at != 0 {
+        at = tree[at].1;
+        way.push(tree[at].0);
+    }
+    way
+}
+
 /// A way downhill.
 struct Led {
     path: Vec<Pose>,
@@ -85,14 +110,14 @@ struct Led {
 fn rests(
     kind: &TypeToPlace,
     stack: &Stack,
-    starts: &[search::Candidate],
+    starts: &[Pose],
     window: &Window,
     round: u32,
 ) -> Vec<Pose> {
     let (settings, centre) = (&kind.settings, stack.catalog.get(kind.model).centre);
     let mut found: Vec<(f32, Pose)> = Vec::new();
     for start in starts {
-        let dropped = rounds::dropped(kind, stack, &start.pose, settings.roam_m, round);
+        let dropped = rounds::dropped(kind, stack, start, settings.roam_m, round);
         let rest = dropped.placement.rest;
         let away = ((rest * centre).truncate() - window.centre).abs().max_element();
         if dropped.placement.state != PlacementState::Kept || away > 0.5 * settings.window_m {
@@ -108,8 +133,9 @@ fn rests(
 }
 
 /// A window with everything that stands in the way.
-struct Guide<'g, 's> {
+pub(crate) struct Guide<'g, 's> {
     stack: &'g Stack<'s>,
+    kind: &'g TypeToPlace<'g>,
     settings: &'g Settings,
     block: &'g BlockModel,
     model: scene::ModelId,
@@ -118,7 +144,7 @@ struct Guide<'g, 's> {
 }
 
 impl<'g, 's> Guide<'g, 's> {
-    fn new(kind: &'g TypeToPlace, stack: &'g Stack<'s>, window: &Window) -> Self {
+    pub(crate) fn new(kind: &'g TypeToPlace<'g>, stack: &'g Stack<'s>, window: &Window) -> Self {
         let (settings, model) = (&kind.settings, kind.model);
         let block = stack.catalog.get(model);
         let middle = window.centre;
@@ -134,25 +160,82 @@ impl<'g, 's> Guide<'g, 's> {
             world.add_fixed(&stack.shapes[near.model.0 as usize], &near.site_from_block);
         }
         let passage = world.passage(&stack.shapes[model.0 as usize]);
-        Self { stack, settings, block, model, passage, gap_m: GAP * block.d_box_m }
+        Self { stack, kind, settings, block, model, passage, gap_m: GAP * block.d_box_m }
     }
 
-    /// The poses of a way to a place of rest, from the one to which a block is lowered straight down to the one in which it is let go.
+    /// A pose of rest raised by what the raster rounds away.
+    pub(crate) fn above(&self, rest: &Pose) -> Pose {
+        let up = Vec3::Z * (RASTER * self.stack.surface.cell_m);
+        Pose::from_parts(rest.translation + up, rest.rotation)
+    }
+
+    /// Free poses of a window, at most `most` of `samples` drawn, however they are shut in: every second anywhere between the highest
+    /// allowed and a block's length below, the others under and beside what touches first, turned a little.
+    pub(crate) fn free_poses(
+        &self,
+        window: &Window,
+        touching: &[search::Candidate],
+        (samples, most): (u32, usize),
+        rng: &mut impl Rng,
+    ) -> Vec<Pose> {
+        let mut found = Vec::new();
+        for k in 0..samples as usize {
+            let near = touching.get(k / 2 % touching.len().max(1)).filter(|_| k % 2 == 1);
+            let pose = match near {
+                Some(start) => {
+                    let size = rng.random::<f32>() / SHIFT * 0.5;
+                    let mut pose = self.moved(&start.pose, size.min(1.0), rng);
+                    pose.translation.z -= 0.5 * rng.random::<f32>() * self.block.d_box_m;
+                    pose
+                }
+                None => self.anywhere(window, rng),
+            };
+            let centre = pose * self.block.centre;
+            let high_m = shut::highest_m(self.kind, self.stack, centre.truncate());
+            if centre.z <= high_m
+                && self.stack.is_inside(self.model, &pose, self.settings.inside)
+                && self.passage.is_clear(&pose, self.gap_m)
+            {
+                found.push(pose);
+                if found.len() == most {
+                    break;
+                }
+            }
+        }
+        found
+    }
+
+    fn anywhere(&self, window: &Window, rng: &mut impl Rng) -> Pose {
+        let mut even = || rng.random::<f32>() - 0.5;
+        let place = window.centre + Vec2::new(even(), even()) * self.settings.window_m;
+        let highest_m = shut::highest_m(self.kind, self.stack, place);
+        let below_m = rng.random::<f32>() * self.block.d_box_m;
+        let rotation = attitudes::random(rng);
+        silhouette::pose_at(self.block, rotation, place.extend(highest_m - below_m))
+    }
+
+    /// The poses of a way to a place of rest, from the one to which a block is lowered straight down to the one in which it is let go:
+    /// a tree of free moves that grows out of the pile, mostly where it is highest.
     fn way_to(&self, rest: &Pose, rng: &mut impl Rng) -> Option<Vec<Pose>> {
         let end = self.clear_of(rest, rng)?;
-        let (mut way, mut here) = (vec![end], end);
+        let mut tree = vec![(end, 0)];
+        let mut highest = 0;
         for k in 0..MOVES {
-            if self.is_straight(&here) {
-                let mut way = self.shortest(way);
-                way.reverse();
-                return Some(way);
+            if self.is_straight(&tree[highest].0) {
+                return Some(self.shortest(way_back(&tree, highest)));
             }
-            let to = self.moved(&here, [1.0, 0.5, 0.25][k as usize % 3], rng);
+            let from = if k % 3 == 2 { rng.random_range(0..tree.len()) } else { highest };
+            let here = tree[from].0;
+            let to = self.moved(&here, [1.0, 0.5, 0.25][k as usize / 3 % 3], rng);
             if self.may_be(&end, &to) && self.is_way(&here, &to) {
+                tree.push((to, from));
                 let high = self.raised(&to);
-                if self.level_m(&high) > self.level_m(&here) {
-                    way.extend([to, high]);
-                    here = high;
+                if self.level_m(&high) > self.level_m(&to) {
+                    tree.push((high, tree.len() - 1));
+                }
+                let last = tree.len() - 1;
+                if self.level_m(&tree[last].0) > self.level_m(&tree[highest].0) {
+                    highest = last;
                 }
             }
         }
@@ -285,7 +368,7 @@ impl<'g, 's> Guide<'g, 's> {
     }
 
     /// Whether it can be lowered there straight down from above.
-    fn is_straight(&self, pose: &Pose) -> bool {
+    pub(crate) fn is_straight(&self, pose: &Pose) -> bool {
         let at = *pose * self.block.centre;
         let surface = &self.stack.surface;
         lowered_height_m(surface, self.block, pose.rotation, at.x, at.y).is_some_and(|z| z <= at.z)

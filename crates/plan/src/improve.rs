@@ -19,7 +19,8 @@ use rand::{RngExt, seq::SliceRandom};
 use rayon::prelude::*;
 use scene::Placement;
 
-/// Sets of attitudes the trials choose from.
+/// Sets of attitudes the trials choose from. With every second of them a window gets the block of most worth instead of the
+/// deepest.
 const TURNS: u64 = 4;
 /// Blocks nearer than these to a place, in d_box, are lifted together; 0: the block alone. One is drawn for each trial.
 const LIFTED: [f32; 4] = [0.0, 0.0, 0.6, 0.9];
@@ -101,6 +102,7 @@ fn turned<'a>(site: &Site<'a>, stack: &Stack, seed: SeedTree) -> Vec<Vec<TypeToP
             allowed: kind.allowed.clone(),
             stock: kind.stock,
             cost: kind.cost,
+            by_worth: kind.by_worth.filter(|_| turn % 2 == 1),
         }
     };
     (0..TURNS).map(|turn| site.types.iter().map(|kind| of(kind, turn)).collect()).collect()

@@ -37,6 +37,7 @@ mod replan;
 mod reset;
 mod rounds;
 mod search;
+mod shut;
 mod signs;
 mod silhouette;
 mod site;
@@ -71,6 +72,7 @@ pub use obstacles::with_obstacles;
 pub use pairs::{Candidate, CandidatePair, most_telling, pairs_to_choose, stable_places};
 pub use pattern::{AttitudeRule, Bond, PatternConfig};
 pub use quantities::section_quantities;
+pub use shut::{ShutWindow, shut_windows};
 pub use signs::{SignWeights, Signs, signs_of_plan};
 pub use site::{PlanInput, block_to_place, check_extent, raster_bytes};
 pub use surfaces::{

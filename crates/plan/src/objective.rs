@@ -1,6 +1,10 @@
 //! What makes one plan better than another: five figures a user understands, each with a weight.
 
-use crate::{PlanError, site::Site, stack::Stack};
+use crate::{
+    PlanError,
+    site::{Site, TypeToPlace},
+    stack::Stack,
+};
 use scene::Placement;
 use serde::{Deserialize, Serialize};
 
@@ -64,10 +68,20 @@ impl ObjectiveConfig {
     /// Worth of one placement but for the void it fills.
     pub(crate) fn of_block(&self, site: &Site, stack: &Stack, p: &Placement) -> f32 {
         let kind = site.of_model(p.model).unwrap_or(site.main());
+        self.of_one(kind, stack, p) - self.cost * kind.cost / site.main().cost
+    }
+
+    /// Worth of one placement but for void and cost.
+    fn of_one(&self, kind: &TypeToPlace, stack: &Stack, p: &Placement) -> f32 {
         let spare = p.contacts.saturating_sub(kind.settings.minimum_supports).min(ENOUGH);
         self.count + self.stability * spare as f32 / ENOUGH as f32
-            - self.protrusion * f32::from(u8::from(protrudes(site, stack, p)))
-            - self.cost * kind.cost / site.main().cost
+            - self.protrusion * f32::from(u8::from(stands_out(kind, stack, p)))
+    }
+
+    /// Worth of one placement among others of its type.
+    pub(crate) fn among(&self, kind: &TypeToPlace, stack: &Stack, p: &Placement) -> f32 {
+        let volume_m3 = stack.catalog.get(p.model).volume_m3;
+        self.void * p.filled_m3 / volume_m3 + self.of_one(kind, stack, p)
     }
 
     /// Worth of void filled.
@@ -78,7 +92,11 @@ impl ObjectiveConfig {
 
 /// Whether a corner stands above the design by more than the overflow threshold.
 pub(crate) fn protrudes(site: &Site, stack: &Stack, p: &Placement) -> bool {
-    let limit_m = site.of_model(p.model).unwrap_or(site.main()).settings.overflow_m.max(0.0);
+    stands_out(site.of_model(p.model).unwrap_or(site.main()), stack, p)
+}
+
+fn stands_out(kind: &TypeToPlace, stack: &Stack, p: &Placement) -> bool {
+    let limit_m = kind.settings.overflow_m.max(0.0);
     let above_m = |v: geom::Vec3| {
         let at = p.rest * v;
         at.z - stack.design_level_m(at.x, at.y)

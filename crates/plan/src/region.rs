@@ -10,7 +10,7 @@ use crate::{
     stack::Stack,
     windows,
 };
-use geom::{CellRect, HeightMap, SeedTree, Vec2, Vec3};
+use geom::{Bounds, CellRect, HeightMap, SeedTree, Vec2, Vec3};
 use scene::{BlockModel, InstanceId, PlacedBlock, Placement, PlacementState};
 
 /// Windows within this many window edges of the place are filled anew.
@@ -27,9 +27,13 @@ pub(crate) struct Base<'s, 'a> {
     filled_m: f32,
     changed_m: f32,
     seen_m: f32,
+    /// Half the edge of what is cut out of the raster: nothing that is changed reads or writes beyond it.
+    raster_m: f32,
     d_max_m: f32,
     /// Blocks farther apart than this cannot have met while one of them settled.
     beside_m: f32,
+    /// Room left about a block while it settles.
+    room_m: f32,
 }
 
 impl<'s, 'a> Base<'s, 'a> {
@@ -37,6 +41,8 @@ impl<'s, 'a> Base<'s, 'a> {
         let most = |of: fn(&TypeToPlace) -> f32| site.types.iter().map(of).fold(0.0, f32::max);
         let d_max_m = existing.catalog.d_max_m();
         let filled_m = FILLED * most(|t| t.settings.window_m);
+        let changed_m = filled_m + 2.5 * d_max_m;
+        let displacement_m = most(|t| t.settings.displacement_limit_m);
         let mut surface = existing.surface.clone();
         for p in kept {
             surface.raise(&existing.catalog.get(p.model).mesh, &p.rest);
@@ -46,11 +52,21 @@ impl<'s, 'a> Base<'s, 'a> {
             surface,
             design: &existing.design,
             filled_m,
-            changed_m: filled_m + 2.5 * d_max_m,
+            changed_m,
             seen_m: most(|t| t.settings.local_radius_m) + d_max_m,
+            raster_m: changed_m + displacement_m + 2.0 * d_max_m,
             d_max_m,
-            beside_m: 2.0 * d_max_m + most(|t| t.settings.displacement_limit_m),
+            beside_m: 2.0 * d_max_m + displacement_m,
+            room_m: most(|t| t.settings.shake_limit_m),
         }
+    }
+
+    /// Box of everything a planned block passed from where it was let go to its rest.
+    fn passed(&self, p: &Placement) -> Bounds {
+        let vertices = &self.existing.catalog.get(p.model).mesh.vertices;
+        let poses = || p.handling.path.iter().chain([&p.drop, &p.rest]);
+        Bounds::of(poses().flat_map(|pose| vertices.iter().map(move |&v| *pose * v)))
+            .grown(self.room_m)
     }
 
     /// Distance from which two changes cannot see each other.
@@ -143,20 +159,28 @@ impl<'a> Region<'a> {
         lifted: &[usize],
         fixed: usize,
     ) -> Option<Self> {
-        let half_m = base.changed_m + base.seen_m;
-        let cells = base.surface.rect_around(place.x, place.y, half_m);
-        let mut stack = base.existing.cropped(&cells, place, 1.5 * half_m);
+        let cells = base.surface.rect_around(place.x, place.y, base.raster_m);
+        let met_m = base.changed_m + base.seen_m;
+        let mut stack = base.existing.cropped(&cells, place, met_m);
         let mut gone: Vec<usize> = Vec::new();
+        let mut left: Vec<Bounds> = Vec::new();
         // The square's corners lie farther away than its edge, and blocks reach into it.
-        for i in base.within(kept, place, 1.5 * half_m + 2.0 * base.d_max_m) {
+        let laid_m = std::f32::consts::SQRT_2 * base.raster_m + base.d_max_m;
+        for i in base.within(kept, place, laid_m.max(met_m)) {
             let p = &kept[i];
-            let beside =
-                |&g: &usize| base.away_m(&kept[g], base.centre(p).truncate()) < base.beside_m;
             if lifted.contains(&i) {
                 gone.push(i);
+                left.push(base.passed(p));
                 continue;
             }
-            if gone.iter().any(beside) {
+            let beside =
+                |&g: &usize| base.away_m(&kept[g], base.centre(p).truncate()) < base.beside_m;
+            // What did not pass where a lifted block stood settles as it did.
+            let met = || {
+                let passed = base.passed(p);
+                left.iter().any(|l| l.intersects(&passed))
+            };
+            if gone.iter().any(beside) && met() {
                 if base.away_m(p, place) > base.changed_m {
                     return None;
                 }
@@ -165,6 +189,7 @@ impl<'a> Region<'a> {
                         return None;
                     }
                     gone.push(i);
+                    left.push(base.passed(p));
                     continue;
                 }
             }

@@ -83,7 +83,7 @@ pub(crate) fn fill(
         }
         if windows == 0 {
             if round == 1 {
-                let message = nothing_to_do(stack, site.types.last().unwrap_or(site.main()));
+                let message = nothing_to_do(site, stack);
                 observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
             }
             break;
@@ -277,33 +277,65 @@ impl<'s, 'a> Filling<'s, 'a> {
         }
     }
 
-    /// Says which of several types were never of use, and which ran out.
+    /// Says which types were never of use, and which ran out.
     fn warn(&self, stack: &Stack, observer: &dyn Observer) {
-        if self.site.types.iter().all(|t| t.stock.is_none()) && self.site.types.len() == 1 {
-            return;
-        }
         let warn = |message: String| {
             observer.event(Event::Warned(Warning { stage: Stage::Plan, message }));
         };
         for (t, kind) in self.site.types.iter().enumerate() {
             let name = &stack.catalog.get(kind.model).name;
             let (v, total) = (kind.settings.minimum_volume_m3, kind.stock.unwrap_or(0));
+            let new = &stack.blocks[stack.existing..];
             if self.stock[t] == Some(0) {
                 warn(format!("all {total} blocks of \"{name}\" in stock are used"));
-            } else if !self.found[t] {
+            } else if new.iter().any(|b| b.model == kind.model) {
+                continue;
+            } else if !self.found[t] && self.site.types.len() > 1 {
                 warn(format!(
                     "\"{name}\" fits no window: none of its size lacks its minimum volume of {v:.2} m³ where it may lie; take it out of plan.blocks or reduce plan.minimum_volume_m3"
                 ));
+            } else if self.found[t] {
+                warn(self.fits_nowhere(name, kind));
             }
         }
+    }
+
+    /// What became of a type of which every block was removed.
+    fn fits_nowhere(&self, name: &str, kind: &TypeToPlace) -> String {
+        let of = |state: PlacementState| {
+            let own = |(p, _): &&(Placement, f32)| p.model == kind.model && p.state == state;
+            self.filled.tried.iter().filter(own).count()
+        };
+        let (high, off) = (of(PlacementState::Overflow), of(PlacementState::Outside));
+        let loose = of(PlacementState::Unstable) + of(PlacementState::Unsettled);
+        if high + off + loose == 0 {
+            return format!(
+                "no block of \"{name}\" is in the plan: windows lack its minimum volume, but it stands above the design by more than plan.overflow_m = {:.2} m in all of them, \
+                 or another type serves them better; a smaller type may fit",
+                kind.settings.overflow_m
+            );
+        }
+        format!(
+            "no block of \"{name}\" fits a window: of those tried {high} stood above the design by more than plan.overflow_m = {:.2} m, {loose} did not stay, {off} came to rest \
+             outside the works or the crane's reach; a smaller type may fit",
+            kind.settings.overflow_m
+        )
     }
 }
 
 /// Why the first round found no window.
-fn nothing_to_do(stack: &Stack, kind: &TypeToPlace) -> String {
+fn nothing_to_do(site: &Site, stack: &Stack) -> String {
+    let kind = site.types.last().unwrap_or(site.main());
     let minimum_volume_m3 = kind.settings.minimum_volume_m3;
-    if windows::void_m3(&stack.surface, &stack.design) <= 0.0 {
+    let design = &stack.design;
+    let places = (0..design.ny).flat_map(|y| (0..design.nx).map(move |x| (x, y)));
+    let reached = places
+        .filter(|&(x, y)| design.at(x, y).is_finite())
+        .any(|(x, y)| site.types.iter().any(|t| t.allowed.within_reach(design.centre(x, y))));
+    if windows::void_m3(&stack.surface, design) <= 0.0 {
         "the design lies below the present surface everywhere: nothing is to be added, the plan has 0 blocks".into()
+    } else if !reached {
+        "the crane reaches no part of the works: the plan has 0 blocks".into()
     } else {
         format!(
             "no window lacks the minimum volume of {minimum_volume_m3:.2} m³ within the crane's reach: the plan has 0 blocks; \

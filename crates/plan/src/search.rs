@@ -293,6 +293,9 @@ pub(crate) fn resting<'a>(
 /// What speaks against a block that rests.
 pub(crate) fn cost(kind: &TypeToPlace, stack: &Stack, dropped: &rounds::Dropped) -> f32 {
     let (weights, impact, p) = (&kind.settings.search, dropped.impact, &dropped.placement);
+    if let Some(objective) = &kind.by_worth {
+        return -objective.among(kind, stack, p);
+    }
     if let Some(learned) = &weights.weights {
         return learned.cost(&signs::signs_of(kind, stack, p, &impact));
     }

@@ -2,7 +2,7 @@
 
 use crate::uncertainty::MOST_SEEDS;
 use crate::{
-    Insertion, PlanConfig, PlanError, Policy, Settings,
+    Insertion, ObjectiveConfig, PlanConfig, PlanError, Policy, Settings,
     assortment::{self, Choice},
     crane::Allowed,
     network_pose::Proposer,
@@ -75,6 +75,8 @@ pub(crate) struct TypeToPlace<'a> {
     pub stock: Option<u32>,
     /// Cost of one in its place.
     pub cost: f32,
+    /// Of the places of a window the one of most worth is taken; `None`: the one that lies deepest, as `search` ranks them.
+    pub by_worth: Option<ObjectiveConfig>,
 }
 
 /// Where initial poses come from, made ready.
@@ -118,6 +120,7 @@ pub(crate) fn prepare<'a>(
         .zip(settings)
         .map(|(choice, settings)| type_to_place(input, config, choice, settings, seed))
         .collect::<Result<Vec<_>, _>>()?;
+    warn_of_reach(input, &types, &design, observer);
     warn_of_hook(input, &types, &design, observer);
     let resets = types_to_reset(input, config, &types, seed)?;
     let (most_reset, reset_blocks) = (config.reset, config.reset_blocks.clone());
@@ -204,12 +207,14 @@ fn type_to_place<'a>(
     let guided = (settings.insertion == Insertion::Guided)
         .then(|| Attitudes::new(block, &settings, seed.child("attitudes", 0)));
     let mass_kg = block.mass_kg();
-    let reach =
-        config.crane.as_ref().map(|c| c.reach(mass_kg, block.d_box_m, input.frame)).transpose()?;
+    let reach = config.crane.as_ref().map(|c| c.reach(block, input.frame)).transpose()?;
     let closed = assortment::closed_zones(&config.zones, mass_kg, input.frame)?;
     let allowed = Allowed { reach, closed };
     let Choice { model, stock, cost } = *choice;
-    Ok(TypeToPlace { settings, model, poses, guided, allowed, stock, cost })
+    // A plan that is improved is made by the same measure from the start, unless people taught another one.
+    let by_worth = settings.search.weights.is_none() && settings.search.improve > 0.0;
+    let by_worth = by_worth.then_some(settings.objective);
+    Ok(TypeToPlace { settings, model, poses, guided, allowed, stock, cost, by_worth })
 }
 
 fn warn(observer: &dyn Observer, message: String) {
@@ -237,6 +242,34 @@ fn warn_of_pile(
                 DEEP * d_box_m
             ),
         );
+    }
+}
+
+/// Says which types the crane carries to no part of the works.
+fn warn_of_reach(
+    input: &PlanInput,
+    types: &[TypeToPlace],
+    design: &HeightMap,
+    observer: &dyn Observer,
+) {
+    for kind in types {
+        let Some(reach) = &kind.allowed.reach else { continue };
+        let places = (0..design.ny).flat_map(|y| (0..design.nx).map(move |x| (x, y)));
+        let nearest_m = places
+            .filter(|&(x, y)| design.at(x, y).is_finite())
+            .map(|(x, y)| reach.distance_m(design.centre(x, y)))
+            .fold(f32::INFINITY, f32::min);
+        let (block, radius_m) = (input.catalog.get(kind.model), reach.radius_m());
+        if nearest_m > radius_m {
+            warn(
+                observer,
+                format!(
+                    "the crane carries no \"{}\" ({:.0} kg) to the works: it lifts it to {radius_m:.1} m, the nearest part lies {nearest_m:.1} m from a stand; move plan.crane.stand or correct plan.crane.capacity",
+                    block.name,
+                    block.mass_kg()
+                ),
+            );
+        }
     }
 }
 

@@ -19,8 +19,10 @@ mod monitoring_score;
 mod peak_memory;
 mod placement_ambiguity;
 mod placement_network;
+mod planning_gains;
 mod planning_limit;
 mod planning_log;
+mod planning_paths;
 mod planning_policies;
 mod planning_ratings;
 mod planning_site;
@@ -142,6 +144,8 @@ pub const EXPERIMENTS: &[Experiment] = &[
     planning_tables::EXPERIMENT,
     planning_policies::EXPERIMENT,
     planning_limit::EXPERIMENT,
+    planning_paths::EXPERIMENT,
+    planning_gains::EXPERIMENT,
     planning_ratings::EXPERIMENT,
     monitoring::EXPERIMENT,
     as_built::EXPERIMENT,

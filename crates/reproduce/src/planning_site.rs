@@ -11,18 +11,40 @@ use synth::Recipe;
 const WIDTH_M: f64 = 25.0;
 const LENGTH_M: f64 = 150.0;
 const LEVEL_M: f64 = 2.4;
-/// Blocks per metre of the span.
-const BLOCKS_PER_M: f64 = 1000.0 / 150.0;
+/// Blocks on a square metre.
+const BLOCKS_PER_M2: f64 = 1000.0 / (150.0 * 25.0);
+/// What lies there, what is added, and the smaller of two types that are added together.
+pub(crate) const EXISTING: &str = "existing";
+pub(crate) const SUPPLEMENT: &str = "supplement";
+pub(crate) const SMALLER: &str = "smaller";
+const SIZES_M: [(&str, f32); 3] = [(EXISTING, 2.0), (SUPPLEMENT, 2.1), (SMALLER, 1.7)];
 
 /// The policies in the order of the tables.
 pub(crate) const POLICIES: [(&str, Policy); 3] =
     [("random", Policy::Random), ("network", Policy::Network), ("search", Policy::Search)];
 
+/// A site to plan on: how large, of which blocks, which of the piles of the bench's seed.
+#[derive(Clone, Copy)]
+pub(crate) struct Works {
+    pub length_m: f64,
+    pub width_m: f64,
+    pub shape: fn(f32) -> Shape,
+    pub number: u64,
+}
+
+impl Works {
+    /// The method's span, on the bench's percentage of the length.
+    pub fn span(bench: &Bench) -> Self {
+        let length_m = LENGTH_M * bench.settings.percent as f64 / 100.0;
+        Self { length_m, width_m: WIDTH_M, shape: |size| Shape::Tetrapod { size }, number: 0 }
+    }
+}
+
 /// The span with everything planning needs.
 pub(crate) struct Span {
     pub catalog: Catalog,
     pub scene: Scene,
-    pub length_m: f64,
+    pub works: Works,
     design: DesignSurface,
     frame: SiteFrame,
     model: PlacementModel,
@@ -32,33 +54,40 @@ pub(crate) struct Span {
 impl Span {
     /// Drops the pile of the bench's seed on its percentage of the length.
     pub fn new(bench: &Bench) -> Result<Self, ReproduceError> {
-        let block =
-            |name: &str, size: f32| blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0);
-        let catalog =
-            Catalog::new(vec![block("tetrapod-2.0m", 2.0)?, block("tetrapod-2.1m", 2.1)?]);
-        let length_m = LENGTH_M * bench.settings.percent as f64 / 100.0;
-        let count = (length_m * BLOCKS_PER_M).round().max(1.0);
+        Self::of(bench, &Works::span(bench))
+    }
+
+    /// Drops the pile of a site.
+    pub fn of(bench: &Bench, works: &Works) -> Result<Self, ReproduceError> {
+        let Works { length_m, width_m, shape, number } = *works;
+        let block = |(name, size): (&str, f32)| blocks::shape_model(name, shape(size), 2300.0);
+        let catalog = Catalog::new(SIZES_M.into_iter().map(block).collect::<Result<_, _>>()?);
+        let count = (length_m * width_m * BLOCKS_PER_M2).round().max(1.0);
         let set = "the planning site";
         // The survey is not used: few points.
         let text = format!(
             "name = \"span\"\ncount = [{count}, {count}]\ndensity_per_m2 = 5\n\
-             [[mix]]\nmodel = \"tetrapod-2.0m\"\nshare = 1.0\n\
-             [site]\nkind = \"strip\"\nlength_m = {length_m:.1}\nwidth_m = {WIDTH_M:.1}\n\
+             [[mix]]\nmodel = \"{EXISTING}\"\nshare = 1.0\n\
+             [site]\nkind = \"strip\"\nlength_m = {length_m:.1}\nwidth_m = {width_m:.1}\n\
              [bed]\nstone_blocks = 0.0\n[sensor]\nkind = \"gaussian\"\n"
         );
         let recipe = Recipe::parse(&text)
             .map_err(|e| ReproduceError::Recipe { set: set.into(), message: e.to_string() })?;
-        let seed = SeedTree::new(bench.settings.seed).child("span", 0);
+        let seed = SeedTree::new(bench.settings.seed).child("span", number);
         let made = synth::scene(&recipe, &catalog, seed)
             .map_err(|source| ReproduceError::Scene { set: set.into(), index: 0, source })?;
-        let (x, y) = (length_m / 2.0, WIDTH_M / 2.0);
+        let (x, y) = (length_m / 2.0, width_m / 2.0);
         let design = DesignSurface::Level {
             level_m: LEVEL_M,
             boundary: vec![[-x, -y], [x, -y], [x, y], [-x, y]],
         };
         let model = PlacementModel::shipped()?;
         let (scene, frame, seed) = (made.scene, SiteFrame::default(), bench.settings.seed);
-        Ok(Self { catalog, scene, length_m, design, frame, model, seed })
+        Ok(Self { catalog, scene, works: *works, design, frame, model, seed })
+    }
+
+    fn half(&self) -> Vec2 {
+        Vec2::new(self.works.length_m as f32 / 2.0, self.works.width_m as f32 / 2.0)
     }
 
     /// The plans of each v.
@@ -78,7 +107,7 @@ impl Span {
     /// The thesis' distance (Tables 4.6, 4.7): of the added blocks' surface points that are seen from above, one a cell of
     /// 0.1 m, to the level of the design. Gaps between blocks and the pile below do not count; ours counts both.
     pub fn surface_distance_m(&self, plan: &Plan) -> f64 {
-        let half = Vec2::new(self.length_m as f32 / 2.0, WIDTH_M as f32 / 2.0);
+        let half = self.half();
         let mut surface = HeightMap::empty(-half, half, 0.1);
         for placement in &plan.placements {
             surface.raise(&self.catalog.get(placement.model).mesh, &placement.rest);
@@ -101,7 +130,7 @@ impl Span {
         let config = settings(Policy::Search);
         let block = self.catalog.get(plan::block_to_place(&input, &config)?);
         let resolved = config.resolve(block, self.catalog.d_max_m())?;
-        let half = Vec2::new(self.length_m as f32 / 2.0, WIDTH_M as f32 / 2.0);
+        let half = self.half();
         let start = clock();
         let mut surface = HeightMap::empty(-half, half, resolved.cell_m);
         for block in &self.scene.blocks {
@@ -139,7 +168,7 @@ impl Span {
 
     /// Volume of a block that is added.
     pub fn supplement_volume_m3(&self) -> f64 {
-        let id = self.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue");
+        let id = self.catalog.find(SUPPLEMENT).expect("it is in the span's catalogue");
         f64::from(self.catalog.get(id).volume_m3)
     }
 
@@ -148,8 +177,9 @@ impl Span {
         let model = blake3::hash(&self.model.to_bytes()?).to_hex();
         let version = env!("CARGO_PKG_VERSION");
         Ok(format!(
-            "{:.1} m, seed {}, network {}, tsumu {version}",
-            self.length_m,
+            "{:.1} × {:.1} m, seed {}, network {}, tsumu {version}",
+            self.works.length_m,
+            self.works.width_m,
             self.seed,
             &model[..16]
         ))
@@ -158,9 +188,10 @@ impl Span {
     /// What every page says of the site.
     pub fn words(&self) -> String {
         format!(
-            "{:.1} × {WIDTH_M} m, {} tetrapods of 2.0 m, supplement 2.1 m, level design {LEVEL_M} m above the bed; placement \
+            "{:.1} × {} m, {} tetrapods of 2.0 m, supplement 2.1 m, level design {LEVEL_M} m above the bed; placement \
              network: {} ({} steps).",
-            self.length_m,
+            self.works.length_m,
+            self.works.width_m,
             self.scene.blocks.len(),
             self.model.description.name,
             self.model.description.steps
@@ -170,15 +201,14 @@ impl Span {
 
 /// The planner's settings for one policy, with the supplement.
 pub(crate) fn settings(policy: Policy) -> PlanConfig {
-    PlanConfig { policy, block: Some("tetrapod-2.1m".into()), ..PlanConfig::default() }
+    PlanConfig { policy, block: Some(SUPPLEMENT.into()), ..PlanConfig::default() }
 }
 
 /// The method's minimum volume v for the supplement.
 pub(crate) fn method_volume_m3(span: &Span) -> Result<f32, ReproduceError> {
     let config = settings(Policy::Search);
-    let block = span
-        .catalog
-        .get(span.catalog.find("tetrapod-2.1m").expect("it is in the span's catalogue"));
+    let block =
+        span.catalog.get(span.catalog.find(SUPPLEMENT).expect("it is in the span's catalogue"));
     Ok(config.resolve(block, span.catalog.d_max_m())?.minimum_volume_m3)
 }
 
@@ -187,7 +217,11 @@ pub(crate) fn site_table(span: &Span) -> String {
     let mut table = Table::new(&["", "here", "thesis"]);
     let rows = [
         ("site", "simulated".to_string(), "Sawara port"),
-        ("construction area, m", format!("{:.1} × {WIDTH_M}", span.length_m), "150 × 25"),
+        (
+            "construction area, m",
+            format!("{:.1} × {}", span.works.length_m, span.works.width_m),
+            "150 × 25",
+        ),
         (
             "existing blocks",
             format!("{} tetrapods of 2.0 m", span.scene.blocks.len()),

@@ -20,12 +20,16 @@ pub fn number(key: &str, default: f32) -> f32 {
     value(key, &default.to_string()).parse().unwrap_or_else(|_| panic!("{key} must be a number"))
 }
 
-/// Tetrapods of 2 m (5.2 t) lie there; 2.1 m (6 t) are added.
+/// Tetrapods (or `shape=xbloc`) of 2 m lie there (5.2 t); 2.1 m (6 t) are added, with `types=both` 1.7 m too.
 pub fn catalog() -> Catalog {
-    let block = |name: &str, size: f32| {
-        blocks::shape_model(name, Shape::Tetrapod { size }, 2300.0).expect("a valid shape")
+    let shape = |size: f32| match value("shape", "tetrapod").as_str() {
+        "xbloc" => Shape::XblocLike { size },
+        _ => Shape::Tetrapod { size },
     };
-    Catalog::new(vec![block("existing", 2.0), block("supplement", 2.1)])
+    let block = |name: &str, size: f32| {
+        blocks::shape_model(name, shape(size), 2300.0).expect("a valid shape")
+    };
+    Catalog::new(vec![block("existing", 2.0), block("supplement", 2.1), block("smaller", 1.7)])
 }
 
 /// A level over the whole span.

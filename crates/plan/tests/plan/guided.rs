@@ -91,3 +91,19 @@ fn what_can_be_lowered_needs_no_path() {
     let n = straight.placements.len();
     assert_eq!(same(&guided, n), same(&straight, n), "paths come after the rounds");
 }
+
+#[test]
+fn a_window_behind_a_lip_has_a_place_that_no_straight_way_leads_to() {
+    let site = pit();
+    let config = config(Insertion::Straight);
+    let found =
+        plan::shut_windows(&site.input(), &config, 4000, SeedTree::new(1), &Silent).unwrap();
+    assert!(!found.is_empty());
+    let sum = |of: fn(&plan::ShutWindow) -> u32| found.iter().map(of).sum::<u32>();
+    assert!(sum(|w| w.hidden) > 0, "{found:?}");
+    assert!(found.iter().any(|w| w.opened && w.path), "{found:?}");
+    for w in &found {
+        let parts = [w.too_high, w.left, w.unstable, w.wedged, w.straight, w.hidden];
+        assert_eq!(parts.iter().sum::<u32>(), w.tried);
+    }
+}

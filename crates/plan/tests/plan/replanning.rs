@@ -129,5 +129,5 @@ fn a_crane_limits_the_place_and_turns_the_order() {
         SeedTree::new(1),
         &Silent,
     );
-    assert!(matches!(weak, Err(PlanError::BadSetting { key: "crane.capacity", .. })));
+    assert!(matches!(weak, Err(PlanError::TooHeavy { .. })));
 }
