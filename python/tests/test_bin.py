@@ -108,6 +108,37 @@ def test_bop_folders_in_and_results_out(bin_look: Looked, tmp_path: Path) -> Non
         assert stop.value.code == 2, said
 
 
+def test_bop_scenes_that_are_not_whole_are_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is missing or odd in a scene folder is named with its file; an image without a point has no rows."""
+    image = pytest.importorskip("PIL.Image")
+    models, folder, out = tmp_path / "models", tmp_path / "000002", tmp_path / "out.csv"
+    models.mkdir()
+    (folder / "depth").mkdir(parents=True)
+    corners, triangles = tsumu.Catalog.cube(0.08, name="cube").surface("cube")
+    write_ply(models / "obj_000001.ply", corners * 1000.0, triangles)
+    image.fromarray(np.zeros((4, 4), np.uint16)).save(folder / "depth" / "000000.png")
+    cameras = folder / "scene_camera.json"
+    whole = '{"0": {"cam_K": [9, 0, 2, 0, 9, 2, 0, 0, 1], "depth_scale": 0.1}}'
+    words = [str(folder), "--models", str(models), "--out"]
+    for text, file, said in (
+        ("[1]", out, "scene_camera.json"),
+        ('{"a": {}}', out, "`a`"),
+        ('{"0": {}}', out, "cam_K"),
+        ('{"1": {}}', out, "000001.png"),
+        ("{", out, "scene_camera.json"),
+        (whole, tmp_path / "nowhere" / "out.csv", "nowhere"),
+    ):
+        cameras.write_text(text)
+        with pytest.raises(SystemExit) as stop:
+            bop.main([*words, str(file)])
+        lines = capsys.readouterr().err.strip().splitlines()
+        assert stop.value.code == 2 and len(lines) == 1 and said in lines[0], lines
+    assert not list(tmp_path.glob("out.csv*"))
+    cameras.write_text(whole)
+    assert bop.main([*words, str(out)]) == 0
+    assert out.read_text() == ",".join(bop.COLUMNS) + "\n"
+
+
 FOCAL, SIZE = 900.0, 480
 
 

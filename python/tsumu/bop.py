@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from .bins import Bin
 from .catalog import Catalog
-from .errors import BadInput
+from .errors import BadInput, TsumuError
 from .frames import needed
 
 #: Columns of a result file.
@@ -66,9 +66,13 @@ def images(scene: str | os.PathLike[str]) -> Iterator[tuple[int, npt.NDArray[np.
     """Number and cloud of each image of a scene: (N, 3) metres in the camera's frame. Raises `BadInput` with file and key."""
     file = Path(scene) / "scene_camera.json"
     try:
-        cameras: dict[str, Any] = json.loads(file.read_text("utf-8"))
+        cameras: Any = json.loads(file.read_text("utf-8"))
     except (OSError, ValueError) as error:
         raise BadInput(f"{file}: {error}") from error
+    if not isinstance(cameras, dict):
+        raise BadInput(f"{file}: an object with one key an image is needed, e.g. {{\"0\": {{\"cam_K\": …}}}}")
+    if strange := [key for key in cameras if not re.fullmatch(r"[0-9]+", key)]:
+        raise BadInput(f"{file}: the key `{strange[0]}` is not the number of an image")
     for key in sorted(cameras, key=int):
         yield int(key), cloud_of(Path(scene) / "depth" / f"{int(key):06d}.png", cameras[key], file)
 
@@ -95,6 +99,8 @@ def solve(scene: str | os.PathLike[str], bin: Bin) -> Iterator[Estimate]:
     """Looks at every image of a scene with a bin of `models`."""
     number = scene_number(scene)
     for image, cloud in images(scene):
+        if not len(cloud):
+            continue  # Nothing was measured, so nothing is there to find.
         start = time.perf_counter()
         look = bin.look(cloud @ _TURN.T, sensor_positions=[0.0, 0.0, 0.0])
         seconds = time.perf_counter() - start
@@ -112,17 +118,25 @@ def scene_number(scene: str | os.PathLike[str]) -> int:
 
 
 def write(file: str | os.PathLike[str], estimates: Iterable[Estimate]) -> int:
-    """Writes a result file, whole or not at all; how many rows it has."""
+    """Writes a result file, whole or not at all; how many rows it has. Raises `BadInput` where it cannot be written."""
     rows = 0
     aside = Path(f"{os.fspath(file)}.part")
-    with aside.open("w", encoding="ascii", newline="") as out:
-        table = csv.writer(out, lineterminator="\n")
-        table.writerow(COLUMNS)
-        for e in estimates:
-            rotation = " ".join(f"{v:.9g}" for v in e.rotation.ravel())
-            translation = " ".join(f"{v:.9g}" for v in e.translation_mm)
-            table.writerow([e.scene, e.image, e.object, f"{e.score:.6g}", rotation, translation, f"{e.seconds:.4f}"])
-            rows += 1
+    try:
+        opened = aside.open("w", encoding="ascii", newline="")
+    except OSError as error:
+        raise BadInput(f"{file}: {error.strerror}; give a file in a folder that is there and may be written to") from error
+    try:
+        with opened as out:
+            table = csv.writer(out, lineterminator="\n")
+            table.writerow(COLUMNS)
+            for e in estimates:
+                rotation = " ".join(f"{v:.9g}" for v in e.rotation.ravel())
+                translation = " ".join(f"{v:.9g}" for v in e.translation_mm)
+                table.writerow([e.scene, e.image, e.object, f"{e.score:.6g}", rotation, translation, f"{e.seconds:.4f}"])
+                rows += 1
+    except BaseException:
+        aside.unlink()
+        raise
     aside.replace(file)
     return rows
 
@@ -139,8 +153,8 @@ def main(words: Sequence[str] | None = None) -> int:
     try:
         with Bin(models(args.models, args.objects), weights=args.weights) as bin:
             rows = write(args.out, (e for scene in args.scenes for e in solve(scene, bin)))
-    except BadInput as error:
-        parser.exit(2, f"{parser.prog}: {error}\n")
+    except TsumuError as error:
+        parser.exit(2 if isinstance(error, BadInput) else 1, f"{parser.prog}: {error}\n")
     print(f"{rows} estimates: {args.out}")
     return 0
 

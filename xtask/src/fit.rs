@@ -27,7 +27,7 @@ const FITS: &[Fit] = &[
     },
     Fit {
         name: "pose-confidence",
-        about: "weights of the pose stage's confidence, crates/pose/fitted/confidence.txt",
+        about: "weights of the pose stage's confidence, crates/pose/fitted/confidence.txt and among-confidence.txt",
         run: pose_confidence,
     },
     Fit {
@@ -59,7 +59,8 @@ pub fn fit(args: &[&str]) -> Result<()> {
     Ok(())
 }
 
-/// Fits the curve of shipped weights; `OUT/model.safetensors` is the file with the new curve.
+/// Fits the curve of shipped weights; `OUT/model.safetensors` is the file with the new curve, of which `tsumu-lab halve` makes what
+/// is shipped.
 fn votes(weights: &str, out: &Path) -> Result<()> {
     let model = root().join(format!("crates/segment/weights/{weights}.safetensors"));
     let [model, made] = [model, out.join("model.safetensors")].map(|p| p.display().to_string());
@@ -68,7 +69,7 @@ fn votes(weights: &str, out: &Path) -> Result<()> {
 }
 
 /// Makes piles and scenes without blocks from two seeds and fits the weights to the features of every accepted block; how well
-/// each seed is predicted from the other is told on the standard error. `OUT/confidence.txt` is the file with the new weights.
+/// each seed is predicted from the other is told on the standard error. `OUT/confidence.txt` and `OUT/among-confidence.txt` are the new files.
 fn pose_confidence(out: &Path) -> Result<()> {
     let program = fitter()?;
     let file = |name: &str| out.join(name).display().to_string();
@@ -77,7 +78,7 @@ fn pose_confidence(out: &Path) -> Result<()> {
         done(command(&program, ["collect", seed, "1", features]))?;
     }
     let [(_, first), (_, second)] = &seeds;
-    done(command(&program, ["fit", first, second, &file("confidence.txt")]))
+    done(command(&program, ["fit", first, second, &out.display().to_string()]))
 }
 
 /// Makes piles of two types that are easily mixed up from two seeds and fits what a margin says to the blocks that are in their

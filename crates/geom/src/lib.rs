@@ -46,7 +46,7 @@ pub use normals::{normals, smallest_direction};
 pub use observer::{Event, Observer, PartState, Silent, Warning};
 pub use plane::{Plane, find_plane, find_walls};
 pub use point_grid::PointGrid;
-pub use roughness::{RegionScatter, Scatter, scatter};
+pub use roughness::{RegionScatter, Scatter, scatter, scatter_about_patch_m};
 pub use sdf::DistanceField;
 pub use seeds::SeedTree;
 pub use silhouette::silhouette;

@@ -14,6 +14,8 @@ use rayon::prelude::*;
 const MOST_PLACES: usize = 1200;
 /// Points of one patch at most.
 const MOST_POINTS: usize = 160;
+/// Points of a large patch that are looked at: enough for its median.
+const MOST_OF_A_PATCH: usize = 4000;
 /// Fewest points of a patch: six coefficients and something to spare.
 const FEWEST_POINTS: usize = 24;
 /// Radii tried, in spacings.
@@ -119,6 +121,17 @@ fn place(at: Vec3, grid: &PointGrid, spacing_m: f32) -> Option<f32> {
         }
     }
     last
+}
+
+/// How far a few points of one surface scatter about a quadratic surface over their own plane, metres: a robust standard
+/// deviation, hardly changed by less than half of them lying elsewhere. `None` where they do not hold such a surface.
+pub fn scatter_about_patch_m(points: &[Vec3]) -> Option<f32> {
+    if points.len() < FEWEST_POINTS {
+        return None;
+    }
+    let stride = points.len().div_ceil(MOST_OF_A_PATCH).max(1);
+    let some: Vec<Vec3> = points.iter().copied().step_by(stride).collect();
+    patch(&some, 0.5 * Bounds::of(some.iter().copied()).size().max_element())
 }
 
 /// Robust standard deviation of the points about a quadratic surface over their plane.

@@ -57,7 +57,8 @@ fn named_columns(path: &Path, observer: &dyn Observer) -> Result<LabelCloud, IoE
     let missing = || IoError::MissingColumn {
         path: path.into(),
         column: "instance",
-        found: "only coordinates that belong to no instance".into(),
+        found: "none called `label` either: call that of the instances so, or give points with one"
+            .into(),
     };
     let number = |i: u32| if i == u32::MAX { -1 } else { i64::from(i) };
     let instance = cloud.instance.ok_or_else(missing)?.into_iter().map(number).collect();

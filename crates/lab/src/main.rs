@@ -1,5 +1,6 @@
 //! `tsumu-lab`: what makes the program and judges it, and is no part of it: trainings, fits, the method's tables.
 
+mod halve;
 mod reproduce;
 mod train;
 mod train_placement;
@@ -30,6 +31,8 @@ enum Command {
     Train(train::TrainArgs),
     /// Make the method's tables again, on scenes no training has seen
     Reproduce(reproduce::ReproduceArgs),
+    /// Write trained weights as they are shipped: 16 bits a number instead of 32
+    Halve(halve::HalveArgs),
 }
 
 fn main() -> ExitCode {
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         job.install(|| match &options.command {
             Command::Train(args) => train::train(args, &terminal, &job),
             Command::Reproduce(args) => reproduce::reproduce(args, &terminal, &job),
+            Command::Halve(args) => halve::halve(args, &terminal),
         })
     })
 }

@@ -4,6 +4,7 @@ pub mod attentive_pooling;
 pub mod checkpoint;
 pub mod graph_backbone;
 pub mod graph_convolution;
+pub mod half_weights;
 pub mod image_transformer;
 pub mod neighbourhood;
 mod numbering;

@@ -1,7 +1,7 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
 use crate::acceptance::Candidate;
-use crate::confidence::{Features, type_confidence};
+use crate::confidence::{Features, among, type_confidence};
 use crate::evidence::reach_m;
 use crate::fattening::{Fattening, residuals};
 use crate::features::Context;
@@ -184,15 +184,19 @@ pub fn statement(
 const TOSS_UP: f32 = 0.985;
 const EVEN_CHANCE: f32 = 0.5;
 
-/// Gives all statements of a pile their confidence.
-pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &EvidenceConfig) {
-    for (block, features) in statements {
+/// Gives all statements of a pile their confidence; blocks within `around_m` say something of each other.
+pub fn judge(
+    statements: &mut [(Recognised, Option<Features>)],
+    around_m: f32,
+    config: &EvidenceConfig,
+) {
+    let among = among_others(statements, around_m);
+    for ((block, features), among) in statements.iter_mut().zip(among) {
         let (Some(features), Some(mut fit)) = (features, block.fit().cloned()) else { continue };
         let type_confidence = type_confidence(features);
         fit.type_judged = type_confidence >= config.min_type_confidence;
         // What is not stated cannot be wrong: the type counts where it is judged.
-        let confidence =
-            features.confidence() * if fit.type_judged { type_confidence } else { 1.0 };
+        let confidence = among * if fit.type_judged { type_confidence } else { 1.0 };
         // What nothing holds may be anywhere.
         let held =
             features.shift_sd.is_finite() && block.points.len() >= crate::search::FEWEST_POINTS;
@@ -201,6 +205,28 @@ pub fn judge(statements: &mut [(Recognised, Option<Features>)], config: &Evidenc
         fit.confidence = Some(if held { confidence } else { 0.0 });
         block.verdict = Verdict::NotJudged(Guess::Fit(fit));
     }
+}
+
+/// How sure each statement is by its own features and the mean of those around it.
+fn among_others(statements: &[(Recognised, Option<Features>)], around_m: f32) -> Vec<f32> {
+    let alone: Vec<f32> =
+        statements.iter().map(|(_, f)| f.as_ref().map_or(0.0, Features::confidence)).collect();
+    let places: Vec<Vec3> = statements
+        .iter()
+        .map(|(block, _)| block.fit().map_or(Vec3::NAN, |fit| fit.site_from_block.translation))
+        .collect();
+    let grid = PointGrid::new(&places, around_m);
+    let of = |i: usize| {
+        let flat = statements[i].1.as_ref().is_some_and(|f| f.flat_faces);
+        if !places[i].is_finite() {
+            return alone[i];
+        }
+        let near = grid.within(places[i], around_m).into_iter().map(|k| k as usize);
+        let others: Vec<f32> = near.filter(|&k| k != i).map(|k| alone[k]).collect();
+        let mean = others.iter().sum::<f32>() / others.len().max(1) as f32;
+        among(alone[i], (!others.is_empty()).then_some(mean), flat)
+    };
+    (0..statements.len()).map(of).collect()
 }
 
 /// Blocks of a significantly wrong size, or mirrored, are this sure at most.

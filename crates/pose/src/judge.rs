@@ -2,7 +2,7 @@
 
 use crate::absolute::CommonSize;
 use crate::acceptance::Candidate;
-use crate::confidence::Features;
+use crate::confidence::{AROUND_BLOCKS, Features};
 use crate::evidence::reach_m;
 use crate::features::Context;
 use crate::finish::{self, statement};
@@ -70,7 +70,8 @@ impl Prepared<'_> {
         };
         let mut blocks: Vec<Judged> =
             found.blocks.par_iter().enumerate().zip(&found.points).map(state).collect();
-        finish::judge(&mut blocks, config);
+        let largest_m = templates.iter().map(|t| t.model.d_max_m).fold(0.0, f32::max);
+        finish::judge(&mut blocks, AROUND_BLOCKS * largest_m, config);
         // Of the blocks that are likely to be some: junk has any size.
         let confidence = |entry: usize| blocks[entry].0.fit().and_then(|f| f.confidence);
         let likely = |entry: usize| confidence(entry).is_some_and(|c| c >= LIKELY);

@@ -47,6 +47,12 @@ impl BinData {
         if names().any(|name| folder.join(name).is_file()) {
             return Ok(Self { folder: folder.to_owned() });
         }
+        if !folder.is_dir() {
+            return Err(ReproduceError::DataFile {
+                file: folder.display().to_string(),
+                message: "there is no such folder; --data takes one with files of others".into(),
+            });
+        }
         Err(ReproduceError::Data {
             folder: folder.display().to_string(),
             wanted: names().collect::<Vec<_>>().join(", "),
@@ -156,6 +162,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let error = BinData::of(folder.path()).err().unwrap().to_string();
         assert!(error.contains("XA_A.txt") && error.contains("xyjbaal/FPCC"), "{error}");
+        let error = BinData::of(&folder.path().join("nowhere")).err().unwrap();
+        assert!(error.is_bad_input() && error.to_string().contains("nowhere: there is no such"));
     }
 
     /// A cube of this edge as an STL file's text.

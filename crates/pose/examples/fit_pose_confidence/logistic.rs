@@ -1,6 +1,6 @@
 //! The weights that predict best which blocks are right, and how well others are predicted.
 
-use pose::NAMES;
+use pose::{AMONG_NAMES, NAMES, among_terms};
 use std::collections::BTreeMap;
 
 /// A row of a features file.
@@ -58,16 +58,24 @@ impl Weights {
     }
 }
 
-/// The fitted file, fitted to both files. Each is also predicted from the other alone: how well goes to the standard error.
-pub fn fit(first: &str, second: &str) -> String {
+/// The two fitted files, fitted to both files: weights of a block's own features, and what the blocks around say. Each is also
+/// predicted from the other alone: how well goes to the standard error.
+pub fn fit(first: &str, second: &str) -> [String; 2] {
     let [first_rows, second_rows] = [first, second].map(|file| {
         let mut rows = read(file);
         rows.retain(|row| !row.condition.starts_with(OF_ANOTHER_SIZE));
         rows
     });
     let [one, two]: [Vec<&Row>; 2] = [&first_rows, &second_rows].map(|rows| rows.iter().collect());
-    tell(second, &two, &Weights::of(&one));
-    tell(first, &one, &Weights::of(&two));
+    // What a block is by itself is predicted from the other seed, as it will be of surveys never seen.
+    let [by_one, by_two] = [&one, &two].map(|rows| Weights::of(rows));
+    let [around_one, around_two] = [(&one, &by_two), (&two, &by_one)].map(|(r, w)| around(r, w));
+    let probabilities =
+        |rows: &[Around], w: &Among| rows.iter().map(|r| w.probability(r)).collect::<Vec<_>>();
+    tell(second, &two, &probabilities(&around_two, &Among::of(&around_one)));
+    tell(first, &one, &probabilities(&around_one, &Among::of(&around_two)));
+    let both: Vec<Around> = around_one.into_iter().chain(around_two).collect();
+    let among = Among::of(&both).file(name(first), name(second));
     let rows: Vec<&Row> = one.into_iter().chain(two).collect();
     let of_condition = of_condition(&rows);
     let right = rows.iter().filter(|r| r.right).count();
@@ -85,23 +93,96 @@ pub fn fit(first: &str, second: &str) -> String {
     for ((name, flat), other) in NAMES.iter().zip(&flat).zip(&other) {
         file += &format!("{name} {flat:.3} {other:.3}\n");
     }
-    file
+    [file, among]
+}
+
+/// A block with what the others of its survey say of it.
+struct Around<'a> {
+    row: &'a Row,
+    /// [`among_terms`], or the block's own logit alone where there is no other.
+    x: [f64; AMONG_NAMES.len()],
+    alone: bool,
+}
+
+/// Rows with the mean probability of the others of their survey.
+fn around<'a>(rows: &[&'a Row], w: &Weights) -> Vec<Around<'a>> {
+    let mut surveys: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
+    let own: Vec<f64> = rows.iter().map(|row| w.probability(row)).collect();
+    for (row, p) in rows.iter().zip(&own) {
+        let survey = surveys.entry(&row.condition).or_default();
+        *survey = (survey.0 + p, survey.1 + 1.0);
+    }
+    let of = |(row, p): (&&'a Row, &f64)| {
+        let (sum, count) = surveys[row.condition.as_str()];
+        let others = (sum - p) / (count - 1.0).max(1.0);
+        let x = among_terms(*p as f32, others as f32).map(f64::from);
+        Around { row, x, alone: count < 2.0 }
+    };
+    rows.iter().zip(&own).map(of).collect()
+}
+
+/// Weights of [`among_terms`] for both kinds of blocks.
+struct Among {
+    flat: Vec<f64>,
+    other: Vec<f64>,
+}
+
+/// What is believed before there are data: the block is as sure as it is by itself. Pulls of the weights towards that.
+const AS_ALONE: [f64; AMONG_NAMES.len()] = [0.0, 1.0, 0.0];
+const AMONG_RIDGES: [f64; AMONG_NAMES.len()] = [0.1, 4.0, 0.1];
+const AMONG_SIGNS: [f64; AMONG_NAMES.len()] = [0.0, 1.0, 1.0];
+
+impl Among {
+    fn of(rows: &[Around]) -> Self {
+        let of = |flat: bool| {
+            let rows: Vec<&Around> =
+                rows.iter().filter(|r| r.row.flat == flat && !r.alone).collect();
+            let counts = counts(&rows.iter().map(|r| r.row).collect::<Vec<_>>());
+            let data: Vec<Datum> = rows
+                .iter()
+                .zip(counts)
+                .map(|(r, count)| Datum { x: &r.x, right: r.row.right, count })
+                .collect();
+            descend(&data, &AMONG_RIDGES, &AS_ALONE, &AMONG_SIGNS)
+        };
+        Self { flat: of(true), other: of(false) }
+    }
+
+    fn probability(&self, row: &Around) -> f64 {
+        let w = if row.row.flat { &self.flat } else { &self.other };
+        probability(if row.alone { &AS_ALONE } else { w }, &row.x)
+    }
+
+    fn file(&self, first: &str, second: &str) -> String {
+        let mut file = format!(
+            "# What the blocks around a block say of it, made by `cargo xtask fit pose-confidence`: weights for blocks of flat faces, and for\n\
+             # others. Fitted to the same blocks as confidence.txt, each by itself predicted from the other seed ({first} and {second}).\n"
+        );
+        for ((name, flat), other) in AMONG_NAMES.iter().zip(&self.flat).zip(&self.other) {
+            file += &format!("{name} {flat:.3} {other:.3}\n");
+        }
+        file
+    }
 }
 
 /// How well rows are predicted by weights that were fitted to others.
-fn tell(file: &str, rows: &[&Row], w: &Weights) {
+fn tell(file: &str, rows: &[&Row], predicted: &[f64]) {
     for (kind, of) in [("of flat faces", true), ("of others", false)] {
-        let rows: Vec<&Row> = rows.iter().filter(|r| r.flat == of).copied().collect();
+        let rows: Vec<(&Row, f64)> = rows
+            .iter()
+            .copied()
+            .zip(predicted.iter().copied())
+            .filter(|r| r.0.flat == of)
+            .collect();
         eprintln!("{}: {} blocks {kind}, predicted from the other file", name(file), rows.len());
         for (low, high) in [(0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.99), (0.99, 1.01)] {
-            let inside = rows.iter().filter(|r| (low..high).contains(&w.probability(r)));
-            let (count, right) = inside.fold((0, 0), |(n, k), r| (n + 1, k + u32::from(r.right)));
+            let inside = rows.iter().filter(|r| (low..high).contains(&r.1));
+            let (count, right) = inside.fold((0, 0), |(n, k), r| (n + 1, k + u32::from(r.0.right)));
             eprintln!("{low:.2} to {:.2}: {right} of {count} right", f64::min(high, 1.0));
         }
     }
     let mut wrong: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
-    for row in rows {
-        let p = w.probability(row);
+    for (row, &p) in rows.iter().zip(predicted) {
         let kind = wrong.entry(row.condition.split('/').next().unwrap_or("")).or_default();
         kind.0 += u32::from(!row.right && p >= 0.7);
         kind.1 += u32::from(row.right && p < 0.7);
@@ -135,12 +216,16 @@ fn probability(w: &[f64], x: &[f64]) -> f64 {
 /// Rounds over all weights.
 const ROUNDS: usize = 3000;
 
-/// Logistic regression, one weight after the other by Newton's step, each kept on the side its feature speaks for.
+/// How much each row counts.
+fn counts(rows: &[&Row]) -> Vec<f64> {
+    let of_condition = of_condition(rows);
+    rows.iter().map(|row| (MOST_OF_A_CONDITION / of_condition[condition(row)]).min(1.0)).collect()
+}
+
+/// Weights of a block's own features.
 fn weights(rows: &[&Row], ridge: f64) -> Vec<f64> {
     let n = NAMES.len();
-    let of_condition = of_condition(rows);
-    let count = |row: &Row| (MOST_OF_A_CONDITION / of_condition[condition(row)]).min(1.0);
-    let counts: Vec<f64> = rows.iter().map(|row| count(row)).collect();
+    let counts = counts(rows);
     // About their means features hardly move the constant.
     let total: f64 = counts.iter().sum();
     let mean = |i: usize| rows.iter().zip(&counts).map(|(r, c)| c * r.x[i]).sum::<f64>() / total;
@@ -150,28 +235,49 @@ fn weights(rows: &[&Row], ridge: f64) -> Vec<f64> {
         (rows.iter().zip(&counts).map(square).sum::<f64>() / total).max(LEAST_SPREAD.powi(2))
     };
     let ridges: Vec<f64> = (0..n).map(|i| if i == 0 { 1e-3 } else { ridge * spread(i) }).collect();
-    let mut w = vec![0.0; n];
-    let mut z = vec![0.0; rows.len()];
+    let about: Vec<Vec<f64>> =
+        rows.iter().map(|r| r.x.iter().zip(&means).map(|(x, m)| x - m).collect()).collect();
+    let data: Vec<Datum> = rows
+        .iter()
+        .zip(&about)
+        .zip(counts)
+        .map(|((row, x), count)| Datum { x, right: row.right, count })
+        .collect();
+    let mut w = descend(&data, &ridges, &vec![0.0; n], &SIGNS);
+    w[0] -= w.iter().zip(&means).map(|(w, m)| w * m).sum::<f64>();
+    w
+}
+
+/// What a regression sees of a row.
+struct Datum<'a> {
+    x: &'a [f64],
+    right: bool,
+    count: f64,
+}
+
+/// Logistic regression, one weight after the other by Newton's step, each pulled towards what is believed and kept on the side
+/// its feature speaks for.
+fn descend(data: &[Datum], ridges: &[f64], believed: &[f64], signs: &[f64]) -> Vec<f64> {
+    let mut w = believed.to_vec();
+    let mut z: Vec<f64> =
+        data.iter().map(|d| d.x.iter().zip(&w).map(|(x, w)| x * w).sum()).collect();
     for _ in 0..ROUNDS {
-        for i in 0..n {
-            let ridge = ridges[i];
-            let (mut slope, mut curve) = (-ridge * w[i], ridge);
-            for ((row, c), z) in rows.iter().zip(&counts).zip(&z) {
+        for i in 0..w.len() {
+            let (mut slope, mut curve) = (-ridges[i] * (w[i] - believed[i]), ridges[i]);
+            for (d, z) in data.iter().zip(&z) {
                 let p = 1.0 / (1.0 + f64::exp(-z));
-                let x = row.x[i] - means[i];
-                slope += c * (f64::from(u8::from(row.right)) - p) * x;
-                curve += c * p * (1.0 - p) * x * x;
+                slope += d.count * (f64::from(u8::from(d.right)) - p) * d.x[i];
+                curve += d.count * p * (1.0 - p) * d.x[i] * d.x[i];
             }
             let mut next = w[i] + (slope / curve).clamp(-1.0, 1.0);
-            if next * SIGNS[i] < 0.0 {
+            if next * signs[i] < 0.0 {
                 next = 0.0;
             }
-            for (row, z) in rows.iter().zip(&mut z) {
-                *z += (next - w[i]) * (row.x[i] - means[i]);
+            for (d, z) in data.iter().zip(&mut z) {
+                *z += (next - w[i]) * d.x[i];
             }
             w[i] = next;
         }
     }
-    w[0] -= w.iter().zip(&means).map(|(w, m)| w * m).sum::<f64>();
     w
 }

@@ -1,7 +1,8 @@
 //! Makes the scenes the confidence is fitted to, and fits it.
 //!
 //! `cargo run --release -p pose --example fit_pose_confidence -- collect SEED REPEATS FEATURES.csv`
-//! `cargo run --release -p pose --example fit_pose_confidence -- fit FEATURES.csv OTHERS.csv crates/pose/fitted/confidence.txt`
+//! `cargo run --release -p pose --example fit_pose_confidence -- fit FEATURES.csv OTHERS.csv FOLDER`, which writes
+//! `confidence.txt` and `among-confidence.txt` of `crates/pose/fitted`
 //!
 //! `cargo xtask fit pose-confidence` runs both. `collect-types SEED FILE` and `fit-types FILE OTHER OUT` do the same for the type's margin
 //! (`cargo xtask fit type-confidence`).
@@ -43,17 +44,22 @@ fn main() {
         ["fit-types", first, second, out] => {
             std::fs::write(out, types::fit(first, second)).expect("OUT can be written");
         }
-        ["fit", first, second, out] => {
-            std::fs::write(out, logistic::fit(first, second)).expect("OUT can be written");
+        ["fit", first, second, folder] => {
+            for (name, text) in FITTED.iter().zip(logistic::fit(first, second)) {
+                std::fs::write(Path::new(folder).join(name), text).expect("FOLDER can be written");
+            }
         }
         _ => {
             eprintln!(
-                "usage: fit_pose_confidence collect SEED REPEATS FILE | fit FILE OTHER OUT | collect-types SEED FILE | fit-types FILE OTHER OUT"
+                "usage: fit_pose_confidence collect SEED REPEATS FILE | fit FILE OTHER FOLDER | collect-types SEED FILE | fit-types FILE OTHER OUT"
             );
             std::process::exit(2);
         }
     }
 }
+
+/// The files of `fit`.
+const FITTED: [&str; 2] = ["confidence.txt", "among-confidence.txt"];
 
 /// Settings of each shape in one repeat; others in the next.
 const SETTINGS: usize = 7;
