@@ -2,7 +2,7 @@
 
 use crate::IoError;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;
 
 /// How the names of files begin that are work in hand; they are no results.
@@ -10,16 +10,20 @@ pub const TEMPORARY: &str = ".tsumu-";
 
 const PART: &str = ".part";
 
+/// So many bytes at the beginning of a file tell its kind: `<!doctype h`, `{"west_m":`.
+const KIND_BYTES: usize = 10;
+
 /// A stream that a writer may also seek in.
 pub trait WriteSeek: Write + Seek {}
 impl<T: Write + Seek> WriteSeek for T {}
 
 /// Writes the file through `fill`; on any error the old file, or none, is still there and nothing else is left.
-/// The folder is made when it is missing.
+/// The folder is made when it is missing. What stands in its place and is no file, as a device is, stays there: an error.
 pub fn write(
     path: &Path,
     fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> Result<(), IoError> {
+    refuse_no_file(path)?;
     let attempt = || {
         let folder = match path.parent() {
             Some(p) if !p.as_os_str().is_empty() => p,
@@ -43,6 +47,41 @@ pub fn write(
 /// Writes these bytes.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     write(path, |out| out.write_all(bytes))
+}
+
+/// Writes these bytes where somebody has named the file: what is there already is replaced only by its own kind, which both begin alike
+/// for, so that a slip in a name costs no survey. An empty file may be replaced. Errors: something else is there.
+pub fn write_over_own_kind(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
+    if let Ok(meta) = fs::metadata(path)
+        && meta.is_file()
+        && meta.len() > 0
+        && !begins_alike(path, bytes).map_err(|e| IoError::read(path, e))?
+    {
+        let what =
+            "there is another kind of file already, which is not overwritten; choose another name";
+        return Err(IoError::unsupported(path, what));
+    }
+    write_bytes(path, bytes)
+}
+
+fn begins_alike(path: &Path, bytes: &[u8]) -> io::Result<bool> {
+    let mut there = Vec::new();
+    File::open(path)?.take(KIND_BYTES as u64).read_to_end(&mut there)?;
+    Ok(there == bytes[..bytes.len().min(KIND_BYTES)])
+}
+
+/// A rename would put a file in the place of a pipe or a device, for whoever has the rights.
+fn refuse_no_file(path: &Path) -> Result<(), IoError> {
+    let Ok(meta) = fs::symlink_metadata(path) else { return Ok(()) };
+    if meta.is_file() || meta.is_symlink() {
+        return Ok(());
+    }
+    let what = if meta.is_dir() {
+        "it is a folder; a file is going to be written, choose another name"
+    } else {
+        "it is a pipe or a device, which is not replaced; choose another name"
+    };
+    Err(IoError::unsupported(path, what))
 }
 
 /// Writes these bytes unless the file is there already: of several writers one is first and the others change nothing. Whether this was
@@ -154,6 +193,43 @@ mod tests {
         );
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// A page named `survey.laz` once took the survey's place.
+    #[test]
+    fn a_named_file_is_replaced_by_its_own_kind_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("page.html");
+        let page = b"<!doctype html><p>new";
+        for old in ["", "<!doctype html><p>old page", "<!doctype html><p>new"] {
+            fs::write(&path, old).unwrap();
+            write_over_own_kind(&path, page).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), page);
+        }
+        for other in ["LASF\0\0\0\0", "name = \"Site\"", "<", "{\"format\":1}"] {
+            fs::write(&path, other).unwrap();
+            let message = write_over_own_kind(&path, page).unwrap_err().to_string();
+            assert!(message.contains("page.html") && message.contains("another name"), "{message}");
+            assert_eq!(fs::read_to_string(&path).unwrap(), other);
+        }
+        fs::remove_file(&path).unwrap();
+        write_over_own_kind(&path, page).unwrap();
+    }
+
+    /// Whoever may replace `/dev/null` once did.
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let (socket, inside) = (folder.path().join("socket"), folder.path().join("folder"));
+        let _listening = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        fs::create_dir(&inside).unwrap();
+        for (path, word) in [(&socket, "device"), (&inside, "folder")] {
+            let message = write_bytes(path, b"x").unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+            assert!(write_over_own_kind(path, b"x").is_err());
+            assert!(!path.symlink_metadata().unwrap().is_file());
+        }
     }
 
     #[test]

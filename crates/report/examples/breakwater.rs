@@ -70,28 +70,35 @@ impl Site {
         let catalog = Catalog::new(vec![model.expect("a tetrapod of 2 m")]);
         let mesh = &catalog.get(ModelId(0)).mesh;
         let mut rng = SeedTree::new(1).rng();
-        // Across the mound stand about fifteen blocks; the length follows.
+        // Across the mound stand about fifteen blocks; the length follows. In so many of 24 rows the seaward half is missing that
+        // both numbers are reached, if not on the same row.
         let (pitch, across) = (1.75_f32, 15_usize);
-        let rows = (blocks + placements).div_ceil(across).max(4);
-        let long_m = rows as f32 * pitch;
+        let share = 2.0 * placements as f32 / (blocks + placements).max(1) as f32;
+        let missing_rows = (24.0 * share).round().min(24.0) as usize;
+        let rows = (blocks + placements).div_ceil(across).max(4) + 48;
         let mut places: Vec<(Vec3, bool)> = Vec::new();
         for row in 0..rows {
             for column in 0..across {
                 let mut jitter = || rng.random_range(-0.3_f32..0.3);
                 let (x, y) =
                     (row as f32 * pitch + jitter(), (column as f32 - 7.0) * pitch + jitter());
-                // What is missing: the seaward half of every other stretch.
-                let missing = (row / 12) % 2 == 1 && y < 0.0;
+                let missing = row % 24 >= 24 - missing_rows && y < 0.0;
                 places.push((Vec3::new(x, y, design_m(y) - 0.9 + jitter()), missing));
             }
         }
         let mut recognised: Vec<Recognised> = Vec::new();
         let mut kept: Vec<Placement> = Vec::new();
+        let mut long_m = 4.0 * pitch;
         for (at, missing) in places {
+            let full = if missing { kept.len() == placements } else { recognised.len() == blocks };
+            if full {
+                continue;
+            }
+            long_m = long_m.max(at.x + pitch / 2.0);
             let pose = Pose::from_parts(at, turn(&mut rng));
-            if missing && kept.len() < placements {
+            if missing {
                 kept.push(placement(kept.len() as u32 + 1, pose, &mut rng));
-            } else if !missing && recognised.len() < blocks {
+            } else {
                 recognised.push(block(recognised.len() as u32 + 1, pose, &mut rng));
             }
         }

@@ -1,6 +1,7 @@
 //! Before a run: a site looked at, all complaints at once; and a first site from surveys alone.
 
 use crate::block_look::look_closely;
+use crate::error::OrBadInput;
 use crate::{Error, Job, Result};
 use anyhow::{Context, anyhow};
 use geom::{Event, Observer, Stage, Warning};
@@ -47,10 +48,11 @@ pub fn cannot(found: &Preflight) -> Option<Error> {
     Error::of_lines(found.because.clone())
 }
 
-/// Writes what a check has seen from above as a JSON file; nothing where no survey could be read.
+/// Writes what a check has seen from above as a JSON file; nothing where no survey could be read. Errors: a file of another kind is
+/// there.
 pub fn write_map(found: &Preflight, file: &Path) -> Result<()> {
     let Some(map) = preflight::site_map(found) else { return Ok(()) };
-    Ok(io::atomic::write_bytes(file, &serde_json::to_vec(&map)?)?)
+    io::atomic::write_over_own_kind(file, &serde_json::to_vec(&map)?).or_bad_input()
 }
 
 /// Writes `site.toml` and `catalog.toml` of a first site into `folder`: everything that the surveys say, guesses marked as such.

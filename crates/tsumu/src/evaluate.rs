@@ -85,9 +85,9 @@ pub struct Scores {
 }
 
 impl Scores {
-    /// Writes them as JSON, whole or not at all.
+    /// Writes them as JSON, whole or not at all. Errors: a file of another kind is there.
     pub fn write(&self, file: &Path) -> Result<()> {
-        outputs::write_json(file, self)
+        outputs::write_named_json(file, self)
     }
 }
 

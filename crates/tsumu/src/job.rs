@@ -7,6 +7,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
+/// More of them than any machine has cores; each holds memory of its own before it does anything.
+const MOST_THREADS: usize = 1024;
+
 /// Asks a job to stop, from any thread. Clones are of the same job.
 ///
 /// ```
@@ -72,10 +75,15 @@ impl<'a> Job<'a> {
         &self.memory
     }
 
-    /// The same on so many threads; results do not depend on it. Error: none at all.
+    /// The same on so many threads; results do not depend on it. Errors: none at all, or so many that starting them takes the memory.
     pub fn on_threads(self, threads: usize) -> Result<Self> {
         if threads == 0 {
             return Err(Error::bad_input(anyhow!("--threads 0: give at least 1")));
+        }
+        if threads > MOST_THREADS {
+            return Err(Error::bad_input(anyhow!(
+                "--threads {threads}: more than {MOST_THREADS}, from which no machine gains; give about as many as it has cores"
+            )));
         }
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         Ok(Self { threads: Some(pool.context("starting threads")?), ..self })

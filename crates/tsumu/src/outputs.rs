@@ -1,5 +1,6 @@
 //! What the stages found, as the files of `docs/guide/formats.md`.
 
+use crate::error::OrBadInput;
 use crate::planning::Planned;
 use crate::recognition::{Recognition, Segments};
 use crate::run_folder::RunFolder;
@@ -18,9 +19,16 @@ use std::path::Path;
 /// Pretty JSON with sorted keys and a newline at its end, with the fewest digits that say each number: an f32 of 0.1 is
 /// 0.1, not 0.10000000149. Whole or not at all.
 pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    let mut text = serde_json::to_string_pretty(&json_value(value)?)?;
-    text.push('\n');
-    Ok(io::atomic::write_bytes(path, text.as_bytes())?)
+    Ok(io::atomic::write_bytes(path, json_text(value)?.as_bytes())?)
+}
+
+/// The same where somebody has named the file.
+pub(crate) fn write_named_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    io::atomic::write_over_own_kind(path, json_text(value)?.as_bytes()).or_bad_input()
+}
+
+fn json_text(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string_pretty(&json_value(value)?)? + "\n")
 }
 
 /// A value as JSON with the fewest digits that say it.

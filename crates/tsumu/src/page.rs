@@ -1,6 +1,7 @@
 //! Puts a run's values into the report. Labels are in both languages of the page.
 
 use crate::drawings::Drawings;
+use crate::error::OrBadInput;
 use crate::planning::Planned;
 use crate::ratings::WeightRecord;
 use crate::recognition::Recognition;
@@ -45,9 +46,9 @@ pub struct Page {
 }
 
 impl Page {
-    /// Writes the page, whole or not at all.
+    /// Writes the page, whole or not at all. Errors: a file of another kind is there.
     pub fn write_html(&self, file: &Path) -> Result<()> {
-        Ok(io::atomic::write_bytes(file, self.html.as_bytes())?)
+        io::atomic::write_over_own_kind(file, self.html.as_bytes()).or_bad_input()
     }
 }
 

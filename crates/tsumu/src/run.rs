@@ -78,8 +78,9 @@ impl<'a> NewRun<'a> {
         self.manifest.notes.insert(key.into(), value);
     }
 
-    /// Notes which blocks, and which earlier plan, a plan was made from.
+    /// Notes which blocks, and which earlier plan, a plan was made from. Errors: it would be written over one of them.
     pub fn note_source(&mut self, run: &RunFolder, plan: Option<&Path>) -> Result<()> {
+        self.refuse_own_source([Some(run.root()), plan])?;
         for (key, file) in [("blocks", run.blocks()), ("not_judged", run.not_judged())] {
             if file.is_file() {
                 self.note(key, json!(entry(&file)?));
@@ -93,6 +94,19 @@ impl<'a> NewRun<'a> {
             );
         }
         Ok(())
+    }
+
+    /// Nothing is made out of what it then takes the place of.
+    fn refuse_own_source(&self, sources: [Option<&Path>; 2]) -> Result<()> {
+        let Ok(place) = self.folder.root().canonicalize() else { return Ok(()) };
+        let own = |source: &&Path| source.canonicalize().is_ok_and(|s| s.starts_with(&place));
+        match sources.into_iter().flatten().find(own) {
+            Some(source) => Err(Error::bad_input(anyhow!(
+                "{}: is what the plan is made from, which is never overwritten; choose another --out",
+                source.display()
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// Writes exports and report of what is kept.
@@ -183,7 +197,7 @@ impl Run {
         let mut manifest = Manifest::new(version::STAMP, site.seed, config);
         manifest.inputs = site.inputs.clone();
         manifest.notes.insert("processor".into(), json!(version::processor()));
-        if let Some(file) = version::program_file() {
+        if let Some(file) = version::program_file()? {
             manifest.notes.insert("program_file".into(), json!(file));
         }
         if let Some(learned) = &site.learned {
@@ -263,7 +277,7 @@ impl Run {
     pub fn put_report(&self, page: &Page) -> Result<PathBuf> {
         let _lock = FolderLock::take(self.folder.root())?;
         let place = self.folder.report();
-        page.write_html(&place)?;
+        io::atomic::write_bytes(&place, page.html.as_bytes())?;
         Ok(place)
     }
 

@@ -18,9 +18,10 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// The folder for a new run. Refuses one that holds something else than an earlier run.
+    /// The folder for a new run. Refuses one that holds something else than an earlier run, or lies in one.
     pub fn for_writing(root: &Path) -> Result<Self> {
         let folder = Self { root: root.to_path_buf() };
+        outside_of_runs(root)?;
         io::atomic::refuse_links(root).or_bad_input()?;
         if root.is_file() {
             return Err(Error::bad_input(anyhow!(
@@ -168,6 +169,24 @@ impl RunFolder {
     }
 }
 
+/// Refuses a folder or file inside a finished run, which would then no longer be what its manifest says.
+pub(crate) fn outside_of_runs(place: &Path) -> Result<()> {
+    let whole = std::path::absolute(place).unwrap_or_else(|_| place.to_path_buf());
+    let is_run = |folder: &&Path| {
+        let run = RunFolder::existing(folder);
+        let ours = run.blocks().is_file() || run.placements().is_file();
+        ours && folder.join(io::manifest::FILE).is_file()
+    };
+    match whole.ancestors().skip(1).find(is_run) {
+        Some(run) => Err(Error::bad_input(anyhow!(
+            "{}: lies in the run {}, of which it would be no part; choose a place beside it with --out",
+            place.display(),
+            run.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// A run of a site, or a plan alone, for lists.
 #[derive(Clone, Debug, Serialize)]
 pub struct RunEntry {
@@ -238,6 +257,21 @@ mod tests {
             runs.iter().map(|r| (r.name.as_str(), r.whole)).collect();
         assert_eq!(whole, [("run", true), ("run-2", false)].into());
         assert!(runs_of(&site.path().join("gone")).is_empty());
+    }
+
+    #[test]
+    fn a_folder_in_a_run_is_refused() {
+        let site = tempfile::tempdir().unwrap();
+        let run = site.path().join("run");
+        std::fs::create_dir_all(run.join("plan")).unwrap();
+        std::fs::write(run.join("plan/placements.csv"), "").unwrap();
+        let inside = run.join("deep/down");
+        assert!(RunFolder::for_writing(&inside).is_ok());
+        std::fs::write(run.join("manifest.json"), "{}").unwrap();
+        let message = RunFolder::for_writing(&inside).unwrap_err().line();
+        assert!(message.contains("lies in the run"), "{message}");
+        assert!(RunFolder::for_writing(&run).is_ok());
+        assert!(RunFolder::for_writing(&site.path().join("run-2")).is_ok());
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use crate::catalogue::RecipeInputs;
 use crate::error::OrBadInput;
 use crate::planning::read_placements;
-use crate::{Result, dataset};
-use anyhow::Context;
+use crate::{Error, Result, dataset};
+use anyhow::{Context, anyhow};
 use geom::DVec3;
 use io::RawCloud;
 use io::blocks_csv::BlockRow;
@@ -13,6 +13,9 @@ use scene::{Catalog, SiteFrame};
 use std::path::Path;
 use synth::SynthScene;
 use synth::then::{Then, TrueChange};
+
+const SURVEY: &str = "survey.laz";
+const TRUTH: &str = "truth/truth.csv";
 
 /// Where a synthetic site lies.
 #[derive(Clone, Debug)]
@@ -33,12 +36,14 @@ pub struct SyntheticSite {
 }
 
 /// Makes one scene and writes survey.laz, truth/truth.csv and truth/cloud.laz. site.toml and catalog.toml are the user's.
+/// Errors: the folder has a survey that was not made so.
 pub fn make_site(
     folder: &Path,
     inputs: &RecipeInputs,
     seed: u64,
     place: &Georeference,
 ) -> Result<SyntheticSite> {
+    refuse_survey(folder)?;
     let scene =
         synth::scene(&inputs.recipe, &inputs.catalog, dataset::seed(seed, 0)).or_bad_input()?;
     let frame = SiteFrame { origin: place.origin, crs: place.crs.clone(), ..SiteFrame::default() };
@@ -61,6 +66,7 @@ pub fn make_next_epoch(
     then: &Then,
     plan: Option<&Path>,
 ) -> Result<SyntheticSite> {
+    refuse_survey(folder)?;
     let (recipe, catalog) = (&inputs.recipe, &inputs.catalog);
     let seed = dataset::seed(seed, 0);
     let frame = SiteFrame { origin: place.origin, crs: place.crs.clone(), ..SiteFrame::default() };
@@ -109,6 +115,19 @@ impl SyntheticSite {
     }
 }
 
+/// A survey without a truth beside it was measured, or is another's.
+fn refuse_survey(folder: &Path) -> Result<()> {
+    let survey = folder.join(SURVEY);
+    if survey.symlink_metadata().is_err() || folder.join(TRUTH).is_file() {
+        return Ok(());
+    }
+    Err(Error::bad_input(anyhow!(
+        "{}: is no made-up survey (there is no {TRUTH} beside it) and is not overwritten; choose another --out",
+        survey.display()
+    )))
+}
+
+/// The truth first: a survey never lies there without it.
 fn write_survey(
     folder: &Path,
     scene: &SynthScene,
@@ -119,12 +138,12 @@ fn write_survey(
         scene.survey.cloud.position_m.iter().map(|&p| frame.site_from_local(p)).collect();
     let line = (!scene.survey.line.is_empty()).then(|| scene.survey.line.clone());
     let survey = RawCloud { position, line, crs: Some(frame.crs.clone()), ..RawCloud::default() };
-    io::points::write(&folder.join("survey.laz"), &survey)?;
-    let labelled = RawCloud { instance: Some(scene.instance.clone()), ..survey };
-    io::points::write(&folder.join("truth/cloud.laz"), &labelled)?;
     let blocks = scene.scene.blocks.iter().zip(&scene.occlusion);
     let rows: Vec<BlockRow> = blocks
         .map(|(block, &occlusion)| BlockRow::of_truth(block, occlusion, catalog, frame))
         .collect();
-    Ok(io::blocks_csv::write_truth(&folder.join("truth/truth.csv"), &rows)?)
+    io::blocks_csv::write_truth(&folder.join(TRUTH), &rows)?;
+    io::points::write(&folder.join(SURVEY), &survey)?;
+    let labelled = RawCloud { instance: Some(scene.instance.clone()), ..survey };
+    Ok(io::points::write(&folder.join("truth/cloud.laz"), &labelled)?)
 }

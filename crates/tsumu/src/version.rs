@@ -1,6 +1,8 @@
 //! What program this is: for `--version`, manifests and reports.
 
+use io::IoError;
 use io::manifest::Entry;
+use std::io::ErrorKind;
 use std::sync::OnceLock;
 
 /// Version and commit on one line. `+` after the commit: the sources had been changed since; "unknown": built without git.
@@ -20,11 +22,28 @@ pub const LONG: &str = concat!(
 );
 
 /// Size and hash of the running program's file, the shipped weights in it included (of the Python package: the interpreter's);
-/// `None` where the system does not say where it is.
-pub fn program_file() -> Option<&'static Entry> {
+/// `None` where the system does not say where it is, or does not let it be read. Errors: it fails otherwise, so that no run is
+/// sealed without it by chance.
+pub fn program_file() -> Result<Option<&'static Entry>, IoError> {
     static FILE: OnceLock<Option<Entry>> = OnceLock::new();
-    let read = || io::manifest::entry(&std::env::current_exe().ok()?).ok();
-    FILE.get_or_init(read).as_ref()
+    if FILE.get().is_none() {
+        // Whoever else comes first has found the same.
+        let _ = FILE.set(read_program_file()?);
+    }
+    Ok(FILE.get().and_then(Option::as_ref))
+}
+
+fn read_program_file() -> Result<Option<Entry>, IoError> {
+    let Ok(path) = std::env::current_exe() else { return Ok(None) };
+    match io::manifest::entry(&path) {
+        Ok(entry) => Ok(Some(entry)),
+        Err(IoError::Os { source, .. })
+            if matches!(source.kind(), ErrorKind::NotFound | ErrorKind::PermissionDenied) =>
+        {
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
 }
 
 /// The class of processor. Results are equal to the byte between `x86-64-v3` and `x86-64-v4` (docs/trust.md says for which

@@ -1,6 +1,8 @@
 //! What the plan would be with another crest, slope, block or overflow: a table, kept row by row.
 
 use crate::error::OrBadInput;
+use crate::lock::FolderLock;
+use crate::run_folder::outside_of_runs;
 use crate::{Error, Job, Recognition, Result, Site, outputs, version};
 use anyhow::anyhow;
 use geom::SeedTree;
@@ -107,6 +109,8 @@ impl Site {
         let combinations = what_if.combinations()?;
         self.refuse_inputs_below(folder)?;
         let file = folder.join("what_if.csv");
+        outside_of_runs(&file)?;
+        let _lock = FolderLock::take(folder)?;
         let stamp = self.stamp(recognition)?;
         let mut rows = kept(&file, &folder.join("what_if.json"), &stamp)?;
         outputs::write_json(&folder.join("what_if.json"), &stamp)?;

@@ -57,7 +57,7 @@ impl<'a> WholeRun<'a> {
         if let Some(file) = proposer.as_ref().and_then(ChosenProposer::file) {
             new.note(stored::PROPOSER_NOTE, json!(file));
         }
-        let key = new.manifest.key(&this_program());
+        let key = new.manifest.key(&this_program()?);
         let parts = Parts::kept(new.folder.root(), key, job)?;
         job.done(JobPart::Read);
         Ok(Self {
@@ -159,6 +159,7 @@ impl<'a> WholeRun<'a> {
 }
 
 /// What tells this build from another of the same version: the program file's own hash.
-pub(crate) fn this_program() -> String {
-    version::program_file().map_or_else(|| version::STAMP.into(), |file| file.blake3.clone())
+pub(crate) fn this_program() -> Result<String> {
+    let file = version::program_file()?;
+    Ok(file.map_or_else(|| version::STAMP.into(), |file| file.blake3.clone()))
 }

@@ -194,3 +194,38 @@ fn an_area_takes_its_part_of_the_survey() {
     assert!(points(&said) > 100 && points(&said) < points(&whole) * 3 / 4);
     assert_eq!(tsumu(&[&args[..6], &["--area", "1,2,3"]].concat()).code, 2);
 }
+
+/// What a command was given, and what is of another kind, stays when somebody names it as a place for results.
+#[test]
+fn nothing_that_was_given_is_overwritten() {
+    let folder = crate::site::small_copy();
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let (site, run, p, inside) = (at(""), at("run"), at("p"), at("run/inside"));
+    let quick = ["--plans", "0", "--policy", "random", "-q"];
+    crate::site::ok(&[&["run", &site][..], &quick].concat());
+    crate::site::ok(&[&["plan", &run, "--out", &p][..], &quick].concat());
+    let (recipe, catalog) = (at("r.toml"), at("catalog.toml"));
+    std::fs::write(&recipe, crate::site::RECIPE).unwrap();
+    let synth = ["synth", &recipe, "--catalog", &catalog, "--site-crs", "EPSG:6679"];
+    let synth = [&synth[..], &["--site-origin", "1,2,3", "--out", &site]].concat();
+    let before = crate::site::files(folder.path());
+    for (args, word) in [
+        (&["report", &run, "--out", &at("survey.laz")][..], "another name"),
+        (&["report", &run, "--out", &at("site.toml")][..], "another name"),
+        (&["check", &site, "--map", &at("survey.laz")][..], "another name"),
+        (&["check", &site, "--map", &at("run/manifest.json")][..], "another name"),
+        (&["plan", &run, "--out", &run][..], "made from"),
+        (&["plan", &run, "--from", &p, "--out", &p][..], "made from"),
+        (&["plan", &run, "--out", &inside][..], "lies in the run"),
+        (&["run", &site, "--out", &inside][..], "lies in the run"),
+        (&["what-if", &run, "--raise", "0.1", "--out", &run][..], "lies in the run"),
+        (&["compare", &run, &run, "--out", &inside][..], "lies in the run"),
+        (&synth[..], "survey.laz"),
+        (&["run", &site, "--threads", "99999999"][..], "1024"),
+    ] {
+        let ran = tsumu(args);
+        assert_eq!(ran.code, 2, "{args:?}: {}", ran.err);
+        assert!(ran.err.contains(word), "{args:?}: {}", ran.err);
+        assert!(crate::site::files(folder.path()) == before, "{args:?} changed a file");
+    }
+}

@@ -2,6 +2,7 @@
 
 use super::EpochRun;
 use crate::lock::FolderLock;
+use crate::run_folder::outside_of_runs;
 use crate::{Error, Result};
 use anyhow::anyhow;
 use io::IoError;
@@ -85,8 +86,9 @@ impl Drop for ComparisonFolder {
     }
 }
 
-/// A folder that is not there, is empty, or holds an earlier comparison and nothing else.
+/// A folder in no run that is not there, is empty, or holds an earlier comparison and nothing else.
 fn may_be_replaced(place: &Path) -> Result<()> {
+    outside_of_runs(place)?;
     if place.is_file() || place.is_symlink() {
         return Err(Error::bad_input(anyhow!(
             "{}: is a file or a link, not a folder; choose another --out",

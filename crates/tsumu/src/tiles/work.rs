@@ -146,7 +146,7 @@ impl TilePlan {
         atomic::write_bytes(&folder.join(&name), &bytes)?;
         let done = Done {
             plan: self.id().into(),
-            program: this_program(),
+            program: this_program()?,
             result: name,
             blocks: result.claims.len(),
         };
