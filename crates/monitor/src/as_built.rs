@@ -5,7 +5,9 @@
 //! and turn; a planned block without a partner is looked for in the cloud before it is called not placed.
 
 use crate::body::{Body, Difference, difference};
+use crate::built_level::{BuiltLevel, levels_m};
 use crate::change::Class;
+use crate::common_error::CommonError;
 use crate::compare::{CompareConfig, Comparison, compare};
 use crate::dense::zeros;
 use crate::layer::{Figures, figures};
@@ -66,6 +68,10 @@ pub enum Built {
 }
 
 impl Built {
+    /// All of them, in the order of tables.
+    pub const ALL: [Self; 6] =
+        [Self::Placed, Self::OffBy, Self::Replaced, Self::NotPlaced, Self::Hidden, Self::Extra];
+
     /// The word in files.
     pub fn word(self) -> &'static str {
         match self {
@@ -96,8 +102,11 @@ pub struct BuiltBlock {
     pub distance_m: f64,
     /// The least turn over the symmetry, radians.
     pub turn_rad: f64,
-    /// Level of detection of the distance: the built pose and the registration.
+    /// Level of detection of the distance, in its direction: 1.96 standard deviations of the built pose, the registration and what the
+    /// plan's survey may be off by as a whole.
     pub level_m: f64,
+    /// The same along east, north and up.
+    pub level_axes_m: [f64; 3],
     /// Where it stands, or should, earlier epoch's local frame.
     pub centre: Vec3,
     /// What a reader should know.
@@ -152,9 +161,10 @@ pub fn as_built(
     let comparison = compare(earlier, later, catalog, stable, &config.compare, observer)?;
     let planned: Vec<Body> =
         plan.placements.iter().enumerate().map(|(i, p)| planned_body(i, p, catalog)).collect();
-    let new = new_bodies(&comparison, earlier, later, catalog);
+    let (mut new, sure) = new_bodies(&comparison, earlier, later, catalog);
     let loose = MatchConfig {
         gate_blocks: config.gate_blocks,
+        rise_blocks: config.gate_blocks,
         move_sd_blocks: 0.3 * config.gate_blocks,
         moved_share: 1.0 - 1e-6,
         ..config.compare.matching
@@ -163,11 +173,17 @@ pub fn as_built(
     let open: Vec<Body> =
         planned.iter().map(|b| Body { type_judged: false, ..b.clone() }).collect();
     let pairs = matched(&open, &new, catalog, &zeros::<6>(), &loose)?;
-    let mut blocks = planned_blocks(plan, &planned, &new, &pairs, later, catalog, config);
+    let size_m = catalog.iter().map(|(_, m)| f64::from(m.d_box_m)).fold(0.0, f64::max);
+    let of_plan = CommonError::of(earlier.survey.sensor, size_m / 2.0);
+    let level = BuiltLevel { comparison: &comparison, of_plan };
+    let mut blocks = planned_blocks(plan, &planned, &new, &pairs, &level, later, catalog, config);
     look_for_missing(&mut blocks, plan, &planned, &comparison, earlier, later, catalog, config);
     let taken: BTreeSet<usize> = pairs.iter().map(|p| p.later).collect();
-    let untaken = new.iter().enumerate().filter(|(i, _)| !taken.contains(i));
+    // What nobody planned must be new beyond doubt: else it may have stood there before.
+    let untaken = new.iter().enumerate().filter(|(i, _)| !taken.contains(i) && sure[*i]);
     blocks.extend(untaken.map(|(_, body)| extra(body, later)));
+    let mut place = 0..new.len();
+    new.retain(|_| place.next().is_some_and(|i| sure[i] || taken.contains(&i)));
     let Figures { concrete_m3, area_m2, porosity_measured, porosity_of_poses, packing } =
         figures(&new, earlier, &comparison.later_points, catalog);
     Ok(AsBuilt {
@@ -196,32 +212,41 @@ fn planned_body(index: usize, placement: &Placement, catalog: &Catalog) -> Body 
 }
 
 /// Blocks of the later epoch that are none of the earlier one's, registered. One that the earlier survey merely failed to
-/// recognise stands in that survey's cloud, and is not new.
+/// recognise stands in that survey's cloud, and is not new. Beside each block: whether it is new beyond doubt.
 fn new_bodies(
     comparison: &Comparison,
     earlier: &Epoch,
     later: &Epoch,
     catalog: &Catalog,
-) -> Vec<Body> {
+) -> (Vec<Body>, Vec<bool>) {
     let origin = DVec3::from_array(later.survey.frame.origin)
         - DVec3::from_array(earlier.survey.frame.origin);
     let stands = |c: &&crate::Change| {
         c.earlier_id.is_none() && matches!(c.class, Class::New | Class::Doubtful)
     };
-    let ids: BTreeSet<u32> =
-        comparison.changes.iter().filter(stands).filter_map(|c| c.later_id).collect();
+    let surely: BTreeMap<u32, bool> = comparison
+        .changes
+        .iter()
+        .filter(stands)
+        .filter_map(|c| Some((c.later_id?, c.class == Class::New)))
+        .collect();
+    let is_new = |b: &Body| surely.get(&later.blocks[b.index].id).copied();
     Body::all(later, catalog, origin)
         .into_iter()
-        .filter(|b| ids.contains(&later.blocks[b.index].id))
-        .map(|b| b.moved(&comparison.reference.motion))
-        .collect()
+        .filter_map(|b| {
+            let sure = is_new(&b)?;
+            Some((b.moved(&comparison.reference.motion), sure))
+        })
+        .unzip()
 }
 
+#[allow(clippy::too_many_arguments)] // each is one of the stage's own values
 fn planned_blocks(
     plan: &Plan,
     planned: &[Body],
     new: &[Body],
     pairs: &[crate::matching::Pair],
+    level: &BuiltLevel,
     later: &Epoch,
     catalog: &Catalog,
     config: &AsBuiltConfig,
@@ -239,6 +264,7 @@ fn planned_blocks(
             distance_m: 0.0,
             turn_rad: 0.0,
             level_m: 0.0,
+            level_axes_m: [0.0; 3],
             centre: body.centre.as_vec3(),
             note: String::new(),
         };
@@ -250,7 +276,7 @@ fn planned_blocks(
         out.off_m = delta.shift().to_array();
         out.distance_m = delta.shift().length();
         out.turn_rad = delta.turn().length();
-        out.level_m = 1.96 * (0..3).map(|k| found.covariance[k][k]).fold(0.0, f64::max).sqrt();
+        (out.level_m, out.level_axes_m) = levels_m(&level.covariance(found), delta.shift());
         out.centre = found.centre.as_vec3();
         let other_type = found.model != body.model && found.type_judged;
         let in_place =
@@ -351,6 +377,7 @@ fn extra(body: &Body, later: &Epoch) -> BuiltBlock {
         distance_m: 0.0,
         turn_rad: 0.0,
         level_m: 0.0,
+        level_axes_m: [0.0; 3],
         centre: body.centre.as_vec3(),
         note: String::new(),
     }

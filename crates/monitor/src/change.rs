@@ -101,6 +101,8 @@ pub struct Change {
     pub readings: usize,
     /// Surface that is gone, m²; 0 where none is.
     pub gone_m2: f64,
+    /// Surface that the later epoch shows inside it, m²; 0 where none is.
+    pub face_m2: f64,
     /// What a reader should know.
     pub note: String,
 }

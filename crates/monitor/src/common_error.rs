@@ -28,16 +28,24 @@ const MEDIAN: f64 = 0.454_936;
 const NO_CHANGE: f64 = 16.812;
 
 impl CommonError {
-    /// What the sensors are known to do, both together, for blocks of this size (a bin's parts are small).
-    pub fn usual(earlier: SensorKind, later: SensorKind, size_m: f64) -> Self {
-        let one = |kind: SensorKind| match kind {
+    /// What a sensor is known to do, for blocks of this size (a bin's parts are small).
+    pub(crate) fn of(sensor: SensorKind, size_m: f64) -> Self {
+        let [level_sd_m, height_sd_m, turn_sd_rad] = match sensor {
             SensorKind::Uav => [0.005, 0.01, 0.003],
             SensorKind::Mbes => [0.015, 0.012, 0.006],
             SensorKind::DepthCamera => [0.004 * size_m, 0.004 * size_m, 0.005],
         };
-        let (a, b) = (one(earlier), one(later));
-        let both = |i: usize| a[i].hypot(b[i]);
-        Self { level_sd_m: both(0), height_sd_m: both(1), turn_sd_rad: both(2) }
+        Self { level_sd_m, height_sd_m, turn_sd_rad }
+    }
+
+    /// The same of two surveys' difference.
+    pub fn usual(earlier: SensorKind, later: SensorKind, size_m: f64) -> Self {
+        let (a, b) = (Self::of(earlier, size_m), Self::of(later, size_m));
+        Self {
+            level_sd_m: a.level_sd_m.hypot(b.level_sd_m),
+            height_sd_m: a.height_sd_m.hypot(b.height_sd_m),
+            turn_sd_rad: a.turn_sd_rad.hypot(b.turn_sd_rad),
+        }
     }
 
     /// As a covariance of shift and turn.

@@ -1,7 +1,7 @@
 //! The comparison of two epochs: register, match, test, look.
 
 use crate::body::{Body, Difference, difference};
-use crate::breakage::{BreakageConfig, gone_by_itself_m2, gone_m2, limit_blocks2};
+use crate::breakage::{BreakageConfig, Faces, broken, gone_by_itself_m2, gone_m2};
 use crate::change::{Change, Class};
 use crate::common_error::{self, CommonError};
 use crate::dense::{cholesky, distance2, sum, zeros};
@@ -262,26 +262,17 @@ impl Judged<'_> {
                 let alone = gone_by_itself_m2(a, b, self.catalog, &self.fine, views, breakage);
                 change.gone_m2 = change.gone_m2.max(alone);
             }
+            let faces = Faces {
+                catalog: self.catalog,
+                samples: &self.fine,
+                solids: self.solids,
+                views,
+                unexplained: [&self.unexplained[0], &self.unexplained[1]],
+                config: breakage,
+            };
+            change.face_m2 = faces.area_m2(a, b);
         }
         vec![change]
-    }
-}
-
-/// Calls those broken of whose surface more is gone than of the others.
-fn broken(changes: &mut [Change], catalog: &Catalog, config: &BreakageConfig) {
-    let blocks2 = |c: &Change| c.gone_m2 / f64::from(catalog.get(c.model).d_box_m).powi(2);
-    let asked = |c: &&Change| c.earlier_id.is_some() && c.later_id.is_some();
-    let patches: Vec<f64> = changes.iter().filter(asked).map(blocks2).collect();
-    let limit = limit_blocks2(&patches, config);
-    for change in changes {
-        if change.gone_m2 > 0.0 && blocks2(change) >= limit {
-            let was = change.class.word();
-            change
-                .say(&format!("{:.2} m² of its surface is gone; otherwise {was}", change.gone_m2));
-            change.class = Class::PossiblyBroken;
-        } else {
-            change.gone_m2 = 0.0;
-        }
     }
 }
 

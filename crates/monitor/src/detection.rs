@@ -146,6 +146,7 @@ pub(crate) fn judge(
         centre_later: Some(later.centre.as_vec3()),
         readings,
         gone_m2: 0.0,
+        face_m2: 0.0,
         note: String::new(),
     };
     if readings > 1 {

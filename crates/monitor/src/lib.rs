@@ -7,6 +7,7 @@ mod alike;
 pub mod as_built;
 mod body;
 mod breakage;
+mod built_level;
 mod change;
 mod common_error;
 pub mod compare;

@@ -15,6 +15,7 @@ impl CompareConfig {
             ("registration.most_scale", r.most_scale),
             ("registration.cluster_blocks", r.cluster_blocks),
             ("matching.gate_blocks", m.gate_blocks),
+            ("matching.rise_blocks", m.rise_blocks),
             ("matching.move_sd_blocks", m.move_sd_blocks),
             ("matching.alone", m.alone),
             ("detection.sunk_turn_rad", d.sunk_turn_rad),
@@ -25,6 +26,7 @@ impl CompareConfig {
             ("detection.least_margin", d.least_margin),
             ("single.unexplained_blocks2", f64::from(s.unexplained_blocks2)),
             ("breakage.least_patch_blocks2", f64::from(b.least_patch_blocks2)),
+            ("breakage.least_face_blocks2", f64::from(b.least_face_blocks2)),
         ];
         let shares = [
             ("matching.moved_share", m.moved_share),

@@ -270,6 +270,7 @@ fn blank(body: &Body, class: Class, note: String) -> Change {
         centre_later: None,
         readings: 1,
         gone_m2: 0.0,
+        face_m2: 0.0,
         note,
     }
 }

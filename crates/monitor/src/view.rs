@@ -33,6 +33,7 @@ pub(crate) struct View {
     tube_m: f32,
     reach_m: f32,
     spacing_m: f32,
+    noise_sd_m: f32,
 }
 
 /// Sensors asked about one place.
@@ -57,7 +58,16 @@ impl View {
         let tube_m = (1.2 * spacing_m).clamp(0.02 * size_m, 0.15 * size_m);
         let grid = PointGrid::new(points, near_m.max(tube_m));
         let tracks = if kind == SensorKind::Mbes { tracks(&sensors) } else { Vec::new() };
-        Self { grid: Some(grid), sensors, tracks, near_m, tube_m, reach_m: 1.3 * size_m, spacing_m }
+        Self {
+            grid: Some(grid),
+            sensors,
+            tracks,
+            near_m,
+            tube_m,
+            reach_m: 1.3 * size_m,
+            spacing_m,
+            noise_sd_m,
+        }
     }
 
     /// The view of one who knows all of the surface: a plan's.
@@ -70,7 +80,13 @@ impl View {
             tube_m: 0.0,
             reach_m: 0.0,
             spacing_m: 0.0,
+            noise_sd_m: 0.0,
         }
+    }
+
+    /// Noise of its points.
+    pub fn noise_sd_m(&self) -> f32 {
+        self.noise_sd_m
     }
 
     /// Whether it is a plan's.

@@ -138,6 +138,7 @@ fn plan(marks: &[ChangeMark], surveys: Option<&SurveyPictures>) -> String {
     let longest = marks.iter().filter(moved).map(length).fold(0.0, f64::max);
     let times = if longest > 0.0 { nice(ARROW * size / longest) } else { 1.0 };
     let arrows = match longest > 0.0 {
+        true if times == 1.0 => "; arrows are as long as the movement".into(),
         true => format!("; arrows are {times} times as long as the movement"),
         false => String::new(),
     };

@@ -133,12 +133,13 @@ pub(crate) fn works<'a>(
     }
 }
 
-const HEADS: [&str; 14] = [
+const HEADS: [&str; 15] = [
     "surveys",
     "planned",
     "state right of recognised",
     "off by within 2 cm",
     "error of off by, mm (median)",
+    "off by within its 95 % level (axes)",
     "the same in the first survey's coordinates, within 2 cm",
     "error there, mm (median)",
     "skipped found not placed",
@@ -155,6 +156,7 @@ struct Score {
     planned: usize,
     recovered: Share,
     errors_m: Vec<f64>,
+    inside_level: Share,
     /// The same in the coordinates of the survey that the plan was made on.
     recovered_there: Share,
     errors_there_m: Vec<f64>,
@@ -190,6 +192,9 @@ impl Score {
                 let off = geom::DVec3::from_array(block.off_m) - real.shift_m.as_dvec3();
                 self.errors_m.push(off.length());
                 self.recovered.count(off.length() <= RECOVERED_M);
+                for (error, level) in off.to_array().into_iter().zip(block.level_axes_m) {
+                    self.inside_level.count(error.abs() <= level);
+                }
                 self.errors_there_m.push((off - first).length());
                 self.recovered_there.count((off - first).length() <= RECOVERED_M);
                 self.states.count(block.state == state(real, &case.catalog));
@@ -230,6 +235,7 @@ impl Score {
             self.states.text(),
             self.recovered.text(),
             format!("{:.1}", 1e3 * median(&self.errors_m)),
+            self.inside_level.text(),
             self.recovered_there.text(),
             format!("{:.1}", 1e3 * median(&self.errors_there_m)),
             self.skipped.text(),

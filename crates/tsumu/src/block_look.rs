@@ -3,7 +3,7 @@
 //!
 //! A survey of any size is asked in one window with much relief.
 
-use crate::block_size::entry_sizes_m;
+use crate::block_size::{entry_sizes_m, length_text};
 use crate::surveys::{self, Joined};
 use crate::{Job, Settings, catalogue};
 use geom::{DVec3, Silent, Vec3};
@@ -266,7 +266,11 @@ fn stated_of(survey: &Survey, model: &BlockModel, job: &Job) -> usize {
 /// `fits 2.79 ± 0.01 m; the catalogue says 2.00`.
 fn sentence(look: &SizeLook) -> String {
     format!(
-        "`{}` fits {:.2} ± {:.2} m over {} blocks; the catalogue says {:.2}",
-        look.block, look.fits_m, look.fits_sd_m, look.found, look.catalogue_m
+        "`{}` fits {} ± {} m over {} blocks; the catalogue says {}",
+        look.block,
+        length_text(look.fits_m, look.fits_m),
+        length_text(look.fits_sd_m, look.fits_m),
+        look.found,
+        length_text(look.catalogue_m, look.fits_m)
     )
 }

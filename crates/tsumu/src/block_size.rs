@@ -66,12 +66,16 @@ impl BlockFit {
     pub fn proposal(&self) -> String {
         match self.catalogue_m {
             None => format!(
-                "best: shape = \"{} {:.2}m\" in catalog.toml; hold it against the drawings",
-                self.block, self.size_m
+                "best: shape = \"{} {}m\" in catalog.toml; hold it against the drawings",
+                self.block,
+                length_text(self.size_m, self.size_m)
             ),
             Some(catalogue_m) => format!(
-                "best: `{}` fits {:.2} ± {:.2} m; the catalogue says {catalogue_m:.2}",
-                self.block, self.size_m, self.size_sd_m
+                "best: `{}` fits {} ± {} m; the catalogue says {}",
+                self.block,
+                length_text(self.size_m, self.size_m),
+                length_text(self.size_sd_m, self.size_m),
+                length_text(catalogue_m, self.size_m)
             ),
         }
     }
@@ -169,4 +173,25 @@ fn entry_size_m(model: &BlockModel, entry: u16, own: Option<&CatalogSpec>) -> f3
         None => listed(),
     };
     shape.map_or(model.d_box_m, |s| s.size_m())
+}
+/// A length in metres with the decimals that a block of `size_m` needs: a hundredth of a metre is a tenth of a part in a bin.
+pub(crate) fn length_text(length_m: f32, size_m: f32) -> String {
+    let decimals = match size_m {
+        s if s >= 1.0 => 2,
+        s if s >= 0.1 => 3,
+        _ => 4,
+    };
+    format!("{length_m:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_blocks_are_said_to_a_tenth_of_a_millimetre() {
+        assert_eq!(length_text(0.091_26, 0.091), "0.0913");
+        assert_eq!(length_text(0.002, 0.5), "0.002");
+        assert_eq!(length_text(2.004, 2.0), "2.00");
+    }
 }

@@ -1,7 +1,7 @@
 //! A site: everything its folder holds, read, checked and hashed once.
 
 use crate::before;
-use crate::block_size::entry_sizes_m;
+use crate::block_size::{entry_sizes_m, length_text};
 use crate::error::OrBadInput;
 use crate::memory::{self, Need};
 use crate::own_records::OwnRecords;
@@ -291,10 +291,11 @@ impl Site {
         let entry_m = self.entry_sizes_m.get(usize::from(first.0)).filter(|_| alone);
         Some(match entry_m {
             Some(entry_m) => format!(
-                "`{}` fits {:.2} ± {:.2} m {over}; the catalogue says {entry_m:.2}",
+                "`{}` fits {} ± {} m {over}; the catalogue says {}",
                 self.catalog.get(first).name,
-                entry_m * size.factor,
-                entry_m * size.factor_sd
+                length_text(entry_m * size.factor, *entry_m),
+                length_text(entry_m * size.factor_sd, *entry_m),
+                length_text(*entry_m, *entry_m)
             ),
             None => format!(
                 "the blocks fit {:.1} ± {:.1} % of the catalogue's sizes {over}",

@@ -92,6 +92,88 @@ proptest! {
     }
 }
 
+/// A block that rolled and lost the end of a leg, whose places on the concrete nobody can tell any more: the face where it broke shows.
+#[test]
+fn a_rolled_block_shows_its_broken_face() {
+    let catalog = tetrapods();
+    let model = catalog.get(ModelId(0));
+    let poses = pile(&catalog, 36, 91);
+    let mut after = poses.clone();
+    // The legs that look up most are cut, so that the face is in sight.
+    let tip = |pose: &Pose| {
+        let all = model.mesh.vertices.iter().map(|v| *v - model.centre);
+        let far = all.clone().map(|v| v.length()).fold(0.0, f32::max);
+        let height = |v: &Vec3| (pose.rotation * *v).z;
+        let tips = all.filter(|v| v.length() > 0.95 * far);
+        tips.max_by(|a, b| height(a).total_cmp(&height(b))).unwrap()
+    };
+    let (rolled, cut) = (14, 0.6);
+    after[rolled] = moved(
+        &catalog,
+        &poses[rolled],
+        Vec3::new(0.2, 0.1, -0.1),
+        Quat::from_scaled_axis(Vec3::new(0.5, 0.3, 0.4)),
+    );
+    let (pose, tip) = (after[rolled], tip(&after[rolled]));
+    let beyond = |p: Vec3| (p - model.centre).dot(tip.normalize()) - cut * tip.length();
+    let (s1, mut s2) = (survey(&catalog, &poses, 36, 91), survey(&catalog, &after, 36, 92));
+    let own = |p: &Vec3| {
+        let local = pose.inverse_transform_point(*p);
+        beyond(local) > 0.0 && (local - model.centre).length() < 1.02 * tip.length()
+    };
+    let mut points: Vec<Vec3> = s2.cloud.position_m.iter().copied().filter(|p| !own(p)).collect();
+    let explained: Vec<u32> = (0..points.len() as u32).collect();
+    let solid = geom::MeshQuery::new(&model.mesh).unwrap();
+    let (u, w) = tip.normalize().any_orthonormal_pair();
+    let middle = model.centre + tip * cut;
+    for i in -20..=20 {
+        for k in -20..=20 {
+            let p = middle + (u * i as f32 + w * k as f32) * 0.03;
+            if solid.nearest_signed(p).distance_m < 0.0 {
+                points.push(pose.transform_point(p));
+            }
+        }
+    }
+    s2.cloud = geom::PointCloud::from_positions(points);
+    let with = |mut blocks: Vec<SeenBlock>, points: Vec<u32>| {
+        blocks.iter_mut().for_each(|b| b.points = points.clone());
+        blocks
+    };
+    let all = (0..s1.cloud.position_m.len() as u32).collect();
+    let a = Epoch { survey: &s1, blocks: with(seen(&catalog, &poses, 91), all) };
+    let b = Epoch { survey: &s2, blocks: with(seen(&catalog, &after, 92), explained) };
+    let found = run(&a, &b, &catalog);
+    for change in &found.changes {
+        let is_broken = change.class == Class::PossiblyBroken;
+        assert_eq!(is_broken, change.earlier_id == Some(rolled as u32 + 1), "{change:?}");
+    }
+    assert!(of(&found, rolled as u32 + 1).face_m2 > 0.03);
+}
+
+/// A block that fell half a metre moved; one that stands half a metre higher than the one that is gone is another.
+#[test]
+fn no_block_rises() {
+    let catalog = tetrapods();
+    let poses = pile(&catalog, 36, 77);
+    let mut after = poses.clone();
+    let turn = Quat::from_rotation_z(0.4);
+    after[9] = moved(&catalog, &poses[9], Vec3::new(0.3, 0.2, -0.5), turn);
+    after[21] = moved(&catalog, &poses[21], Vec3::new(0.3, 0.2, 0.5), turn);
+    let (s1, s2) = (survey(&catalog, &poses, 36, 77), survey(&catalog, &after, 36, 78));
+    let a = Epoch { survey: &s1, blocks: seen(&catalog, &poses, 77) };
+    let b = Epoch { survey: &s2, blocks: seen(&catalog, &after, 78) };
+    let found = run(&a, &b, &catalog);
+    assert_eq!(of(&found, 10).class, Class::Moved);
+    assert_eq!(of(&found, 10).later_id, Some(10));
+    assert_eq!(of(&found, 22).later_id, None, "{:?}", of(&found, 22));
+    let fixed = CompareConfig {
+        registration: monitor::RegistrationConfig { fixed: true, ..Default::default() },
+        ..Default::default()
+    };
+    let found = compare(&a, &b, &catalog, &StableGround::default(), &fixed, &Silent).unwrap();
+    assert_eq!(of(&found, 22).later_id, Some(22), "coordinates left as they are may lie apart");
+}
+
 /// Taken away, come, and turned on itself: cubes, tetrapods, dolosse alike.
 #[test]
 fn blocks_go_and_come_whatever_their_shape() {

@@ -93,19 +93,11 @@ impl Compared<'_> {
     }
 
     fn built_summary(&self, built: &AsBuilt) -> Value {
-        let states = [
-            Built::Placed,
-            Built::OffBy,
-            Built::Replaced,
-            Built::NotPlaced,
-            Built::Hidden,
-            Built::Extra,
-        ];
         let count = |s: &Built| (s.word().to_string(), json!(built.count(*s)));
         let range = self.epochs[0].planned.as_ref().and_then(|p| p.range.as_ref());
         let n = built.built() as f32;
         json!({
-            "counts": states.iter().map(count).collect::<Map<_, _>>(),
+            "counts": Built::ALL.iter().map(count).collect::<Map<_, _>>(),
             "built_blocks": built.built(),
             "planned_p10": range.map(|r| r.p10),
             "planned_p90": range.map(|r| r.p90),

@@ -3,7 +3,7 @@
 use super::rows::basis;
 use super::{Compared, pictures};
 use io::changes_csv::ChangeRow;
-use monitor::{Basis, Class, Decided, Grade, MovedAlike};
+use monitor::{AsBuilt, Basis, Built, Class, Decided, Grade, MovedAlike};
 use report::changes_page::{self, ChangeMark, ChangesPage, PageTable};
 
 pub(super) fn html(out: &Compared, rows: &[ChangeRow]) -> String {
@@ -63,13 +63,32 @@ fn facts(out: &Compared) -> Vec<String> {
         });
     }
     if let Some(built) = &out.as_built {
-        facts.push(format!(
-            "Works: {} new blocks, {:.1} m³ of concrete.",
-            built.built(),
-            built.concrete_m3
-        ));
+        facts.push(works(built));
     }
     facts
+}
+
+/// What stands of a plan, and how well it is known.
+fn works(built: &AsBuilt) -> String {
+    let counted: Vec<String> = Built::ALL
+        .iter()
+        .filter(|s| built.count(**s) > 0)
+        .map(|s| format!("{} {}", built.count(*s), s.word()))
+        .collect();
+    let mut levels: Vec<f64> =
+        built.blocks.iter().map(|b| b.level_m).filter(|level| *level > 0.0).collect();
+    levels.sort_by(f64::total_cmp);
+    let level = levels.get(levels.len() / 2).map_or(String::new(), |level| {
+        format!(
+            " What a block is off by is right to ± {level:.3} m (95 %, the middle of them), what the survey of the plan may be off by as a whole in it."
+        )
+    });
+    format!(
+        "Works: {} new blocks, {:.1} m³ of concrete; of plan and extras {}.{level}",
+        built.built(),
+        built.concrete_m3,
+        counted.join(", ")
+    )
 }
 
 /// What is said of blocks that moved alike.
@@ -139,12 +158,13 @@ fn built(out: &Compared) -> Option<PageTable> {
             b.state.word().to_string(),
             figure(off.then_some(b.distance_m), 3),
             figure(off.then_some(b.turn_rad.to_degrees()), 2),
+            figure(off.then_some(b.level_m), 3),
             b.note.clone(),
         ]
     };
     out.as_built.as_ref().map(|b| PageTable {
         title: "As built".into(),
-        columns: columns(&["order", "state", "off, m", "turn, °", "note"]),
+        columns: columns(&["order", "state", "off, m", "turn, °", "level, m", "note"]),
         rows: b.blocks.iter().map(row).collect(),
     })
 }
