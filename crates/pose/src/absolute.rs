@@ -10,6 +10,7 @@ use crate::shell::Near;
 use crate::sight::Seen;
 use crate::template::Template;
 use geom::{Quat, Vec3};
+use scene::SensorKind;
 use serde::{Deserialize, Serialize};
 
 /// The numbers of one block.
@@ -221,9 +222,12 @@ impl Absolute {
 const FEWEST_BLOCKS: usize = 3;
 /// Meshes and surveys err in common by this share.
 const LEAST_SCALE_SD: f32 = 0.003;
+/// An echo sounder's beam is as wide as a leg is thick and returns what is nearest in it: twelve surveys of three sets by our own
+/// sounder, of blocks of the catalogue's size, fit 1.1 to 2.0 % too large.
+const SOUNDER_SCALE_SD: f32 = 0.0065;
 
 /// Median of the blocks' own sizes, each counted by how well it is held; `None` with too few blocks.
-pub fn common_size(blocks: &[Absolute]) -> Option<CommonSize> {
+pub fn common_size(blocks: &[Absolute], sensor: SensorKind) -> Option<CommonSize> {
     let of: Vec<(f32, f32)> = blocks
         .iter()
         .filter(|b| b.scale_sd < HELD_SCALE_SD)
@@ -238,7 +242,11 @@ pub fn common_size(blocks: &[Absolute]) -> Option<CommonSize> {
     let spread = 1.4826 * weighted_median(off) / (of.len() as f32).sqrt();
     Some(CommonSize {
         factor: middle.exp(),
-        factor_sd: spread.hypot(LEAST_SCALE_SD),
+        factor_sd: spread.hypot(if sensor == SensorKind::Mbes {
+            SOUNDER_SCALE_SD
+        } else {
+            LEAST_SCALE_SD
+        }),
         blocks: of.len(),
     })
 }
@@ -253,4 +261,25 @@ fn weighted_median(mut of: Vec<(f32, f32)>) -> f32 {
         sum >= half
     });
     middle.map_or(0.0, |m| m.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    /// Every survey by our own echo sounder was once warned of, its blocks being of the catalogue's size.
+    #[test]
+    fn what_a_sounder_adds_to_every_block_is_no_other_size() {
+        let blocks: Vec<Absolute> = (0..40)
+            .map(|i| Absolute {
+                scale: 0.016 + 0.0005 * (i % 5) as f32,
+                scale_sd: 0.01,
+                ..Default::default()
+            })
+            .collect();
+        let deviates = |sensor| {
+            let size = common_size(&blocks, sensor).unwrap();
+            (size.factor - 1.0).abs() > 3.0 * size.factor_sd
+        };
+        assert!(deviates(SensorKind::Uav) && !deviates(SensorKind::Mbes));
+    }
 }

@@ -19,7 +19,7 @@ use crate::shell::Shells;
 use crate::template::Template;
 use geom::Vec3;
 use rayon::prelude::*;
-use scene::{PoseLimits, Survey};
+use scene::{PoseLimits, SensorKind, Survey};
 
 /// A pose this far from the stated one, over a true positive's limits, is another pose and not the same one unrefined.
 const ANOTHER: f32 = 1.5;
@@ -41,6 +41,7 @@ pub struct Context<'a> {
     pool: &'a [Candidate],
     templates: &'a [Template<'a>],
     measured: &'a Measured,
+    sensor: SensorKind,
     /// How far points lie from the blocks of this survey, metres: the median, each block counted by what it explains.
     typical_m: f32,
     /// What each block is by itself.
@@ -92,14 +93,15 @@ impl<'a> Context<'a> {
             .collect();
         let known = facts.and_then(|f| f.explained);
         let explained = known.unwrap_or_else(|| shells.explained_by(|_| true));
-        Self { blocks, pool, templates, measured, typical_m, absolute, shells, explained }
+        let sensor = survey.sensor;
+        Self { blocks, pool, templates, measured, sensor, typical_m, absolute, shells, explained }
     }
 
     /// The size that fits the blocks for which `counts` holds best.
     pub fn size_of(&self, counts: impl Fn(usize) -> bool) -> Option<CommonSize> {
         let all = self.absolute.iter().enumerate();
         let of: Vec<Absolute> = all.filter(|(entry, _)| counts(*entry)).map(|(_, a)| *a).collect();
-        common_size(&of)
+        common_size(&of, self.sensor)
     }
 
     /// Working points at places for which `owns` holds that the blocks explain for which `counts` holds, and all that stand above the
