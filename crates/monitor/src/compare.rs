@@ -10,6 +10,7 @@ use crate::matching::{MatchConfig, Pair};
 use crate::motion::{Motion, covariance_at};
 use crate::registering::{Frame, Registered, register};
 use crate::registration::{Basis, CommonMovement, MovedAlike, Registration, RegistrationConfig};
+use crate::rivals::doubt_rivals;
 use crate::room::Room;
 use crate::single::{Only, Single, SingleConfig, Solids, solids};
 use crate::stable::StableGround;
@@ -177,6 +178,9 @@ fn detect(
     let come = alone(&moved, pairs.iter().map(|p| p.later));
     changes.extend(judged.single(Only::Earlier).judge_all(&lost, &earlier.blocks, Only::Earlier));
     changes.extend(judged.single(Only::Later).judge_all(&come, &later.blocks, Only::Later));
+    let unsure = tested.iter().filter(|t| t.pair.margin < config.detection.least_margin);
+    let unsure = unsure.map(|t| later.blocks[moved[t.pair.later].index].id).collect();
+    doubt_rivals(&mut changes, &unsure, catalog, &config.matching);
     Ok(Comparison {
         changes,
         reference: registered.reference,

@@ -24,6 +24,7 @@ mod matching;
 mod motion;
 mod registering;
 mod registration;
+mod rivals;
 mod robust;
 mod room;
 pub mod series;
