@@ -82,7 +82,7 @@ pub fn fitted(found: &[BlockFit], terminal: &Terminal) {
         terminal.say(format!(
             "{:<18}{:>17}{:>11}{:>8}  {beside}",
             fit.block,
-            format!("{:.3} ± {:.3}", fit.size_m, fit.size_sd_m),
+            fit.size_text(),
             format!("{:.0} %", 100.0 * fit.explained),
             fit.found
         ));

@@ -106,3 +106,33 @@ pub struct Change {
     /// What a reader should know.
     pub note: String,
 }
+
+impl Change {
+    /// One without figures of a movement, of no epoch yet.
+    pub(crate) fn blank(model: ModelId, class: Class, note: String) -> Self {
+        Self {
+            block_id: 0,
+            earlier_id: None,
+            later_id: None,
+            model,
+            class,
+            shift_m: [0.0; 3],
+            distance_m: 0.0,
+            turn_rad: 0.0,
+            axis: [0.0; 3],
+            level_m: 0.0,
+            level_axes_m: [0.0; 3],
+            level_rad: 0.0,
+            significance: 1.0,
+            confidence: 0.0,
+            occlusion_earlier: None,
+            occlusion_later: None,
+            centre_earlier: None,
+            centre_later: None,
+            readings: 1,
+            gone_m2: 0.0,
+            face_m2: 0.0,
+            note,
+        }
+    }
+}

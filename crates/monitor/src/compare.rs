@@ -38,6 +38,17 @@ pub struct CompareConfig {
     pub breakage: BreakageConfig,
 }
 
+impl CompareConfig {
+    /// Which block may be which: two heights of coordinates that are left as they are may lie apart.
+    pub(crate) fn matching(&self) -> MatchConfig {
+        let gate_blocks = self.matching.gate_blocks;
+        match self.registration.fixed {
+            true => MatchConfig { rise_blocks: gate_blocks, ..self.matching },
+            false => self.matching,
+        }
+    }
+}
+
 /// What happened between two epochs. Places are in the earlier epoch's local frame.
 #[derive(Clone, Debug)]
 pub struct Comparison {
@@ -180,7 +191,7 @@ fn detect(
     changes.extend(judged.single(Only::Later).judge_all(&come, &later.blocks, Only::Later));
     let unsure = tested.iter().filter(|t| t.pair.margin < config.detection.least_margin);
     let unsure = unsure.map(|t| later.blocks[moved[t.pair.later].index].id).collect();
-    doubt_rivals(&mut changes, &unsure, catalog, &config.matching);
+    doubt_rivals(&mut changes, &unsure, catalog, &config.matching());
     Ok(Comparison {
         changes,
         reference: registered.reference,

@@ -126,11 +126,6 @@ pub(crate) fn judge(
     };
     let confidence = earlier.confidence * later.confidence;
     let mut change = Change {
-        block_id: 0,
-        earlier_id: None,
-        later_id: None,
-        model: earlier.model,
-        class,
         shift_m: shift.to_array(),
         distance_m,
         turn_rad,
@@ -140,14 +135,10 @@ pub(crate) fn judge(
         level_rad,
         significance: tested.p,
         confidence,
-        occlusion_earlier: None,
-        occlusion_later: None,
         centre_earlier: Some(earlier.centre.as_vec3()),
         centre_later: Some(later.centre.as_vec3()),
         readings,
-        gone_m2: 0.0,
-        face_m2: 0.0,
-        note: String::new(),
+        ..Change::blank(earlier.model, class, String::new())
     };
     if readings > 1 {
         change.note = format!(

@@ -10,7 +10,7 @@ use crate::body::{Body, difference};
 use crate::dense::{Matrix, cholesky, distance2, log_det, sum};
 use crate::detection::LEVEL;
 use crate::margin::set_margins;
-use geom::{PointGrid, Vec3};
+use geom::{DVec3, PointGrid, Vec3};
 use rayon::prelude::*;
 use scene::Catalog;
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,13 @@ pub struct MatchConfig {
     pub moved_share: f64,
     /// Density (per block length³ and rad³) below which leaving both blocks alone is likelier, per block.
     pub alone: f64,
+}
+
+impl MatchConfig {
+    /// Whether a block of this size may have gone so far, when nobody knows its height better than to `up_m`.
+    pub(crate) fn may_go(&self, shift: DVec3, size_m: f64, up_m: f64) -> bool {
+        shift.length() <= self.gate_blocks * size_m && shift.z <= self.rise_blocks * size_m + up_m
+    }
 }
 
 impl Default for MatchConfig {
@@ -121,8 +128,7 @@ fn gain(
     let size = f64::from(model.d_box_m);
     let delta = difference(a, b, catalog);
     let sd_up_m = (delta.covariance[2][2] + common[2][2]).max(0.0).sqrt();
-    let rises = delta.shift().z > config.rise_blocks * size + LEVEL * sd_up_m;
-    if told_apart || rises || delta.shift().length() > config.gate_blocks * size {
+    if told_apart || !config.may_go(delta.shift(), size, LEVEL * sd_up_m) {
         return None;
     }
     let l = cholesky(&sum(&delta.covariance, common))?;

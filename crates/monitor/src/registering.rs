@@ -192,11 +192,7 @@ impl Registering<'_> {
     fn pairs_at(&self, motion: &Motion, error: &CommonError) -> Result<Vec<Pair>, MonitorError> {
         let later: Vec<Body> = self.frame.later.iter().map(|b| b.moved(motion)).collect();
         let covariance = error.covariance();
-        let mut matching = self.config.matching;
-        if self.config.registration.fixed {
-            // Two heights of coordinates left as they are may lie apart.
-            matching.rise_blocks = matching.gate_blocks;
-        }
+        let matching = self.config.matching();
         matched(&self.frame.earlier, &later, self.catalog, &covariance, &matching)
     }
 

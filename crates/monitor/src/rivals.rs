@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 /// Calls missing and new blocks doubtful that a doubtful pair may belong to. `unsure` are the later numbers of the pairs whose partner
 /// may be another.
-pub fn doubt_rivals(
+pub(crate) fn doubt_rivals(
     changes: &mut [Change],
     unsure: &BTreeSet<u32>,
     catalog: &Catalog,
@@ -24,13 +24,10 @@ pub fn doubt_rivals(
     };
     let pairs: Vec<Change> = changes.iter().filter(doubted).cloned().collect();
     for change in changes {
-        let size_m = catalog.get(change.model).d_box_m;
+        let size_m = f64::from(catalog.get(change.model).d_box_m);
         let reaches = |from: Option<Vec3>, to: Option<Vec3>| {
-            from.zip(to).is_some_and(|(from, to)| {
-                let shift = to - from;
-                shift.length() <= config.gate_blocks as f32 * size_m
-                    && shift.z <= config.rise_blocks as f32 * size_m
-            })
+            let ends = from.zip(to);
+            ends.is_some_and(|(from, to)| config.may_go((to - from).as_dvec3(), size_m, 0.0))
         };
         let same = |p: &&Change| match change.class {
             Class::Missing => reaches(change.centre_earlier, p.centre_later),
@@ -51,28 +48,11 @@ mod tests {
 
     fn change(class: Class, earlier: Option<(u32, Vec3)>, later: Option<(u32, Vec3)>) -> Change {
         Change {
-            block_id: 0,
             earlier_id: earlier.map(|e| e.0),
             later_id: later.map(|l| l.0),
-            model: ModelId(0),
-            class,
-            shift_m: [0.0; 3],
-            distance_m: 0.0,
-            turn_rad: 0.0,
-            axis: [0.0; 3],
-            level_m: 0.0,
-            level_axes_m: [0.0; 3],
-            level_rad: 0.0,
-            significance: 1.0,
-            confidence: 0.9,
-            occlusion_earlier: None,
-            occlusion_later: None,
             centre_earlier: earlier.map(|e| e.1),
             centre_later: later.map(|l| l.1),
-            readings: 1,
-            gone_m2: 0.0,
-            face_m2: 0.0,
-            note: String::new(),
+            ..Change::blank(ModelId(0), class, String::new())
         }
     }
 

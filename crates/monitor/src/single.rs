@@ -228,7 +228,7 @@ fn verdict(
         );
         (Class::Doubtful, 0.5, note)
     };
-    let mut change = blank(body, class, note);
+    let mut change = Change::blank(body.model, class, note);
     change.confidence = confidence * f64::from(block.confidence);
     let occlusion = Some(f64::from(block.occlusion));
     let centre = Some(body.centre.as_vec3());
@@ -245,32 +245,4 @@ fn verdict(
         }
     }
     change
-}
-
-/// A change without figures of a movement.
-fn blank(body: &Body, class: Class, note: String) -> Change {
-    Change {
-        block_id: 0,
-        earlier_id: None,
-        later_id: None,
-        model: body.model,
-        class,
-        shift_m: [0.0; 3],
-        distance_m: 0.0,
-        turn_rad: 0.0,
-        axis: [0.0; 3],
-        level_m: 0.0,
-        level_axes_m: [0.0; 3],
-        level_rad: 0.0,
-        significance: 1.0,
-        confidence: 0.0,
-        occlusion_earlier: None,
-        occlusion_later: None,
-        centre_earlier: None,
-        centre_later: None,
-        readings: 1,
-        gone_m2: 0.0,
-        face_m2: 0.0,
-        note,
-    }
 }

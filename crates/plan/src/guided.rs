@@ -8,7 +8,7 @@
 //! shaken like any other.
 
 use crate::{
-    Settings, acceptance, attitudes, carried, rounds, search, shut,
+    Settings, acceptance, attitudes, carried, rounds, search,
     silhouette::{self, lowered_height_m},
     site::TypeToPlace,
     stack::Stack,
@@ -191,7 +191,7 @@ impl<'g, 's> Guide<'g, 's> {
                 None => self.anywhere(window, rng),
             };
             let centre = pose * self.block.centre;
-            let high_m = shut::highest_m(self.kind, self.stack, centre.truncate());
+            let high_m = highest_m(self.kind, self.stack, centre.truncate());
             if centre.z <= high_m
                 && self.stack.is_inside(self.model, &pose, self.settings.inside)
                 && self.passage.is_clear(&pose, self.gap_m)
@@ -208,7 +208,7 @@ impl<'g, 's> Guide<'g, 's> {
     fn anywhere(&self, window: &Window, rng: &mut impl Rng) -> Pose {
         let mut even = || rng.random::<f32>() - 0.5;
         let place = window.centre + Vec2::new(even(), even()) * self.settings.window_m;
-        let highest_m = shut::highest_m(self.kind, self.stack, place);
+        let highest_m = highest_m(self.kind, self.stack, place);
         let below_m = rng.random::<f32>() * self.block.d_box_m;
         let rotation = attitudes::random(rng);
         silhouette::pose_at(self.block, rotation, place.extend(highest_m - below_m))
@@ -388,4 +388,11 @@ impl<'g, 's> Guide<'g, 's> {
         let placement = dropped.shaken(kind);
         (placement.state == PlacementState::Kept).then_some(placement)
     }
+}
+
+/// Highest centre of mass a block may be let go at, above the design.
+fn highest_m(kind: &TypeToPlace, stack: &Stack, place: Vec2) -> f32 {
+    let block = stack.catalog.get(kind.model);
+    kind.settings.overflow_m + 0.25 * block.d_box_m
+        - acceptance::above_design_m(stack, place.extend(0.0))
 }

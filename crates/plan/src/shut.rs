@@ -5,7 +5,7 @@
 //! included. A window in which none of them stays by the rules cannot be opened by any path.
 
 use crate::{
-    Insertion, PlanConfig, PlanError, PlanInput, acceptance,
+    Insertion, PlanConfig, PlanError, PlanInput,
     guided::{self, Guide},
     rounds,
     site::{self, TypeToPlace},
@@ -148,11 +148,4 @@ impl ShutWindow {
     pub fn has_rest(&self) -> bool {
         self.straight + self.hidden > 0
     }
-}
-
-/// Highest centre of mass a block may be let go at, above the design.
-pub(crate) fn highest_m(kind: &TypeToPlace, stack: &Stack, place: Vec2) -> f32 {
-    let block = stack.catalog.get(kind.model);
-    kind.settings.overflow_m + 0.25 * block.d_box_m
-        - acceptance::above_design_m(stack, place.extend(0.0))
 }

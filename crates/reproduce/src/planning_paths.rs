@@ -1,10 +1,9 @@
 //! Windows that straight lowering leaves: what shuts them, and which of them guided insertion opens.
 
-use crate::planning_site::{Span, Works, settings};
+use crate::planning_site::{SHAPES, Span, Works, settings};
 use crate::{Bench, Experiment, ReproduceError, Table};
 use geom::SeedTree;
 use plan::{Policy, ShutWindow, shut_windows};
-use scene::Shape;
 use std::fmt::Write;
 
 pub const EXPERIMENT: Experiment = Experiment {
@@ -13,11 +12,6 @@ pub const EXPERIMENT: Experiment = Experiment {
     body,
 };
 
-type Make = fn(f32) -> Shape;
-const SHAPES: [(&str, Make); 2] = [
-    ("tetrapod", |size| Shape::Tetrapod { size }),
-    ("xbloc-like", |size| Shape::XblocLike { size }),
-];
 /// Poses looked at in each window; those that are free are let go.
 const SAMPLES: u32 = 6000;
 

@@ -28,7 +28,7 @@ pub(crate) const POLICIES: [(&str, Policy); 3] =
 pub(crate) struct Works {
     pub length_m: f64,
     pub width_m: f64,
-    pub shape: fn(f32) -> Shape,
+    pub shape: Make,
     pub number: u64,
 }
 
@@ -39,6 +39,15 @@ impl Works {
         Self { length_m, width_m: WIDTH_M, shape: |size| Shape::Tetrapod { size }, number: 0 }
     }
 }
+
+/// A shape of a size, metres.
+type Make = fn(f32) -> Shape;
+
+/// Shapes that the planning tables are made with, by the size of the block.
+pub(crate) const SHAPES: [(&str, Make); 2] = [
+    ("tetrapod", |size| Shape::Tetrapod { size }),
+    ("xbloc-like", |size| Shape::XblocLike { size }),
+];
 
 /// The span with everything planning needs.
 pub(crate) struct Span {

@@ -24,6 +24,7 @@ pub mod train;
 pub mod train_table;
 mod vote_instances;
 mod vote_peaks;
+mod walls;
 
 pub use background::{BackgroundConfig, Foreground};
 pub use calibration::Confidence;

@@ -62,6 +62,12 @@ impl BlockFit {
         }
     }
 
+    /// The size and its standard error, m, to a millimetre and finer.
+    pub fn size_text(&self) -> String {
+        let decimals = decimals(self.size_m).max(3);
+        format!("{:.decimals$} ± {:.decimals$}", self.size_m, self.size_sd_m)
+    }
+
     /// What to write in the catalogue, or to hold against it.
     pub fn proposal(&self) -> String {
         match self.catalogue_m {
@@ -174,14 +180,18 @@ fn entry_size_m(model: &BlockModel, entry: u16, own: Option<&CatalogSpec>) -> f3
     };
     shape.map_or(model.d_box_m, |s| s.size_m())
 }
+
 /// A length in metres with the decimals that a block of `size_m` needs: a hundredth of a metre is a tenth of a part in a bin.
 pub(crate) fn length_text(length_m: f32, size_m: f32) -> String {
-    let decimals = match size_m {
+    format!("{length_m:.0$}", decimals(size_m))
+}
+
+fn decimals(size_m: f32) -> usize {
+    match size_m {
         s if s >= 1.0 => 2,
         s if s >= 0.1 => 3,
         _ => 4,
-    };
-    format!("{length_m:.decimals$}")
+    }
 }
 
 #[cfg(test)]

@@ -80,7 +80,7 @@ fn works(built: &AsBuilt) -> String {
     levels.sort_by(f64::total_cmp);
     let level = levels.get(levels.len() / 2).map_or(String::new(), |level| {
         format!(
-            " What a block is off by is right to ± {level:.3} m (95 %, the middle of them), what the survey of the plan may be off by as a whole in it."
+            " What a block is off by is right to ± {level:.3} m (95 %, the middle one), with what the plan's own survey may be off by as a whole."
         )
     });
     format!(
