@@ -35,7 +35,7 @@ pub use cloud::PointCloud;
 pub use convex::{ConvexSolid, HalfSpace, union_volume_m3};
 /// A rigid transform; `site_from_block * point` reads right to left.
 pub use glamx::Pose3 as Pose;
-pub use glamx::{DMat3, DQuat, DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
+pub use glamx::{DMat3, DMat4, DQuat, DVec2, DVec3, DVec4, Mat3, Quat, Vec2, Vec3};
 pub use height_map::{CellRect, HeightMap};
 pub use hull_corners::hull_corners;
 pub use knn::{KnnTable, knn};

@@ -36,11 +36,11 @@ impl Default for BreakageConfig {
     fn default() -> Self {
         Self {
             samples: 900,
-            least_patch_blocks2: 0.03,
-            least_face_blocks2: 0.005,
+            least_patch_blocks2: 0.0225,
+            least_face_blocks2: 0.00375,
             least_rest: 0.7,
             least_cos: 0.35,
-            times_usual: 2.0,
+            times_usual: 1.5,
         }
     }
 }
@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(limit_blocks2(&[0.0; 20], least, &config), f64::from(least));
         // Surveys that leave holes everywhere: a hole is no breakage.
         let holes: Vec<f64> = (0..100).map(|i| f64::from(i) * 1e-3).collect();
-        assert_eq!(limit_blocks2(&holes, least, &config), 2.0 * holes[90]);
+        assert_eq!(limit_blocks2(&holes, least, &config), config.times_usual * holes[90]);
     }
 
     #[test]

@@ -83,40 +83,98 @@ impl CommonError {
 
 /// Pairs that covariances taken as they are count for.
 const AS_GIVEN_WEIGHT: f64 = 3.0;
-/// Covariances are never taken for better than by this.
-const LEAST_SCALE: f64 = 0.05;
+/// Covariances are never taken for better than by this, for calling changes and for levels.
+const LEAST_SCALE: [f64; 2] = [0.05, 0.002];
 /// 95 % of χ² with one degree of freedom, and the share.
 const LEVEL: (f64, f64) = (3.841_459, 0.95);
+/// Rounds of leaving out what settled.
+const ROUNDS: usize = 20;
+/// Shifts beyond so many standard deviations are settling, not error, and the variance of a standard normal without what lies beyond.
+const SETTLED: (f64, f64) = (4.0, 0.9989);
 
-/// By how much the covariances of shift and of turn are too large, from the pairs that did not change: 1 where they are right or
-/// too small. Fits count that points err together; where both surveys err alike, the difference errs less than both. A level of
-/// detection is asked to hold in 95 of 100 cases, so that is what is brought to its place; the middle of the pairs would
-/// promise too much, because a few badly seen blocks err more than the rest.
-pub(crate) fn scales(differences: &[(Difference, f64)]) -> [f64; 2] {
-    let still: Vec<&Difference> =
-        differences.iter().filter(|(_, d2)| *d2 < NO_CHANGE).map(|(d, _)| d).collect();
-    let scale = |axes: [usize; 3]| {
-        let mut ratio: Vec<f64> = still
-            .iter()
-            .flat_map(|d| axes.map(|i| (d.d[i] * d.d[i], d.covariance[i][i])))
-            .filter(|(_, v)| *v > 0.0 && *v < 1.0)
-            .map(|(r2, v)| r2 / v)
-            .collect();
-        if ratio.is_empty() {
-            return 1.0;
-        }
-        let place = ((LEVEL.1 * ratio.len() as f64) as usize).min(ratio.len() - 1);
-        let found = *ratio.select_nth_unstable_by(place, f64::total_cmp).1 / LEVEL.0;
-        let count = still.len() as f64;
-        ((AS_GIVEN_WEIGHT + count * found) / (AS_GIVEN_WEIGHT + count)).clamp(LEAST_SCALE, 1.0)
-    };
-    [scale([0, 1, 2]), scale([3, 4, 5])]
+/// By how much covariances are too large: 1 where they are right or too small. Fits count that points err together; where both
+/// surveys err alike, the difference errs less than both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scales {
+    /// For calling a change: of shift, of turn. 95 of 100 pairs lie within 1.96 standard deviations, those that settled by less than
+    /// anybody can tell among them, and the few badly seen ones that err more than the rest: who calls a change must not
+    /// promise too much.
+    change: [f64; 2],
+    /// For the stated level of a shift: along, up. What settled is left out, so that 95 of 100 blocks that stood still lie within it. A
+    /// drone's heights err several times as much as its places; a sounder's do not.
+    level: [f64; 2],
 }
 
-/// A covariance of shift and turn with both parts scaled.
-pub(crate) fn scaled(covariance: &Matrix<6>, scales: [f64; 2]) -> Matrix<6> {
-    let root = |i: usize| scales[i / 3].sqrt();
-    std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] * root(i) * root(j)))
+impl Scales {
+    /// From the pairs that did not change, each with its Mahalanobis distance.
+    pub fn of(differences: &[(Difference, f64)]) -> Self {
+        let still: Vec<&Difference> =
+            differences.iter().filter(|(_, d2)| *d2 < NO_CHANGE).map(|(d, _)| d).collect();
+        // Squares over their variances, ascending.
+        let ratios = |axes: &[usize]| -> Vec<f64> {
+            let mut ratios: Vec<f64> = still
+                .iter()
+                .flat_map(|d| axes.iter().map(|&i| (d.d[i] * d.d[i], d.covariance[i][i])))
+                .filter(|(_, v)| *v > 0.0 && *v < 1.0)
+                .map(|(r2, v)| r2 / v)
+                .collect();
+            ratios.sort_by(f64::total_cmp);
+            ratios
+        };
+        let count = still.len() as f64;
+        let share = count / (AS_GIVEN_WEIGHT + count);
+        let change = |axes: [usize; 3]| {
+            let found = at_level(&ratios(&axes)).unwrap_or(1.0);
+            (1.0 - share + share * found).clamp(LEAST_SCALE[0], 1.0)
+        };
+        // Scales differ by factors: their logarithms are averaged.
+        let level = |axes: &[usize]| {
+            let found = without_settled(&ratios(axes)).unwrap_or(1.0);
+            found.powf(share).clamp(LEAST_SCALE[1], 1.0)
+        };
+        Self {
+            change: [change([0, 1, 2]), change([3, 4, 5])],
+            level: [level(&[0, 1]), level(&[2])],
+        }
+    }
+
+    /// Covariance of shift and turn for calling a change.
+    pub fn change(&self, covariance: &Matrix<6>) -> Matrix<6> {
+        let [shift, turn] = self.change;
+        scaled(covariance, [shift, shift, shift, turn, turn, turn])
+    }
+
+    /// Covariance of shift and turn for the stated level.
+    pub fn level(&self, covariance: &Matrix<6>) -> Matrix<6> {
+        let ([along, up], turn) = (self.level, self.change[1]);
+        scaled(covariance, [along, along, up, turn, turn, turn])
+    }
+}
+
+fn scaled(covariance: &Matrix<6>, scales: [f64; 6]) -> Matrix<6> {
+    let root = scales.map(f64::sqrt);
+    std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] * root[i] * root[j]))
+}
+
+/// The scale that brings 95 of 100 to their place; `None` of none.
+fn at_level(ascending: &[f64]) -> Option<f64> {
+    let last = ascending.len().checked_sub(1)?;
+    let place = ((LEVEL.1 * ascending.len() as f64) as usize).min(last);
+    Some(ascending[place] / LEVEL.0)
+}
+
+/// The mean of those within four standard deviations, begun at what the middle says; `None` of none.
+fn without_settled(ascending: &[f64]) -> Option<f64> {
+    let mut found = ascending.get(ascending.len() / 2)? / MEDIAN;
+    for _ in 0..ROUNDS {
+        let inside = ascending.partition_point(|r| *r <= SETTLED.0 * SETTLED.0 * found);
+        if inside == 0 {
+            break;
+        }
+        let mean = ascending[..inside].iter().sum::<f64>() / inside as f64;
+        found = mean / SETTLED.1;
+    }
+    Some(found)
 }
 
 /// The variance that, added to each one's own, brings the median of square over variance to that of χ²₁.
@@ -144,22 +202,59 @@ fn extra_variance(samples: &[(f64, f64)]) -> f64 {
 mod tests {
     use super::*;
 
+    fn of(d: f64, sd: f64) -> (Difference, f64) {
+        let mut covariance = zeros::<6>();
+        (0..6).for_each(|i| covariance[i][i] = sd * sd);
+        (Difference { d: [d; 6], covariance }, 0.0)
+    }
+
     #[test]
     fn covariances_too_large_are_scaled_and_those_too_small_are_not() {
-        let of = |d: f64, sd: f64| {
-            let mut covariance = zeros::<6>();
-            (0..6).for_each(|i| covariance[i][i] = sd * sd);
-            (Difference { d: [d; 6], covariance }, 0.0)
-        };
         // One in twenty errs by 1.96 standard deviations of 1 mm; the covariances say 2 mm.
         let error = |i: i32| if i % 20 == 0 { 1.96e-3 } else { 0.5e-3 };
         let said: Vec<(Difference, f64)> = (0..100).map(|i| of(error(i), 2e-3)).collect();
-        let [shift, turn] = scales(&said);
-        assert!((shift - 0.272).abs() < 0.01 && shift == turn, "{shift} {turn}");
+        let scales = Scales::of(&said);
+        let [shift, turn] = scales.change;
+        assert!((shift - 0.272).abs() < 0.01 && shift == turn, "{scales:?}");
         let small: Vec<(Difference, f64)> = (0..90).map(|_| of(2e-3, 1e-3)).collect();
-        assert_eq!(scales(&small), [1.0, 1.0]);
-        assert_eq!(scales(&[]), [1.0, 1.0]);
-        let scaled = scaled(&said[0].0.covariance, [0.25, 1.0]);
-        assert!((scaled[0][0] - 1e-6).abs() < 1e-12 && (scaled[3][3] - 4e-6).abs() < 1e-12);
+        let as_given = Scales { change: [1.0; 2], level: [1.0; 2] };
+        assert_eq!((Scales::of(&small), Scales::of(&[])), (as_given, as_given));
+        let halved = Scales { change: [0.25, 1.0], level: [0.25, 0.04] };
+        let (change, level) =
+            (halved.change(&said[0].0.covariance), halved.level(&said[0].0.covariance));
+        assert!((change[2][2] - 1e-6).abs() < 1e-12 && (change[3][3] - 4e-6).abs() < 1e-12);
+        assert!((level[0][0] - 1e-6).abs() < 1e-12 && (level[2][2] - 0.16e-6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_level_counts_no_settling_as_error() {
+        // Normal errors of 1 mm by their own quantiles; every fifth block settled by 1 to 2 cm. The covariances say 6 mm.
+        let quantile = |i: usize| {
+            let (u, mut x) = ((i as f64 + 0.5) / 80.0, 0.0_f64);
+            for _ in 0..60 {
+                let density = (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+                x -= (normal_share(x) - u) / density.max(1e-3);
+            }
+            x
+        };
+        let still = (0..80).map(|i| of(quantile(i) * 1e-3, 6e-3));
+        let settled = (0..20).map(|i| of(0.01 + 0.0005 * f64::from(i), 6e-3));
+        let all: Vec<(Difference, f64)> = still.chain(settled).collect();
+        let scales = Scales::of(&all);
+        for level in scales.level {
+            let sd_mm = 6.0 * level.sqrt();
+            assert!((0.9..1.25).contains(&sd_mm), "{sd_mm} of {scales:?}");
+        }
+        assert!(scales.change[0] > 10.0 * scales.level[0], "{scales:?}");
+    }
+
+    /// Share of a standard normal below `x`, by its series.
+    fn normal_share(x: f64) -> f64 {
+        let (mut term, mut sum) = (x, x);
+        for k in 1..200 {
+            term *= x * x / (2.0 * f64::from(k) + 1.0);
+            sum += term;
+        }
+        0.5 + sum * (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt()
     }
 }

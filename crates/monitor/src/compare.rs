@@ -3,7 +3,7 @@
 use crate::body::{Body, Difference, difference};
 use crate::breakage::{BreakageConfig, Faces, broken, gone_by_itself_m2, gone_m2};
 use crate::change::{Change, Class};
-use crate::common_error::{self, CommonError};
+use crate::common_error::{CommonError, Scales};
 use crate::dense::{cholesky, distance2, sum, zeros};
 use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
 use crate::matching::{MatchConfig, Pair};
@@ -325,15 +325,16 @@ fn tested(
         (Difference { covariance, ..delta }, d2)
     };
     let differences: Vec<(Difference, f64)> = pairs.iter().map(of_pair).collect();
-    let scales = common_error::scales(&differences);
+    let scales = Scales::of(&differences);
     let one = |(p, (delta, _)): (&Pair, &(Difference, f64))| {
-        let covariance = common_error::scaled(&delta.covariance, scales);
         let rest = if own {
             zeros::<6>()
         } else {
             covariance_at(frame.pivot, moved[p.later].centre, &reference.covariance)
         };
-        Tested::of(*p, Difference { covariance, ..*delta }, &rest)
+        let of_change = sum(&scales.change(&delta.covariance), &rest);
+        let of_level = sum(&scales.level(&delta.covariance), &rest);
+        Tested::of(*p, *delta, of_change, of_level)
     };
     pairs.iter().zip(&differences).map(one).collect()
 }

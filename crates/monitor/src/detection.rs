@@ -6,7 +6,7 @@
 
 use crate::body::{Body, Difference, readings_rad};
 use crate::change::{Change, Class};
-use crate::dense::{Matrix, along, cholesky, distance2, part, sum};
+use crate::dense::{Matrix, along, cholesky, distance2, part};
 use crate::matching::Pair;
 use geom::DVec3;
 use scene::Catalog;
@@ -50,18 +50,24 @@ pub(crate) const LEVEL: f64 = 1.96;
 pub(crate) struct Tested {
     pub pair: Pair,
     pub difference: Difference,
-    /// Of the difference: both poses, common errors and registration.
+    /// Of the difference, both poses, common errors and registration, for calling a change.
     pub covariance: Matrix<6>,
+    /// The same for the stated level.
+    pub level_covariance: Matrix<6>,
     /// Probability of this much without change.
     pub p: f64,
 }
 
 impl Tested {
-    /// Tests one pair; `extra` is what comes on top of both poses' covariances.
-    pub fn of(pair: Pair, difference: Difference, extra: &Matrix<6>) -> Self {
-        let covariance = sum(&difference.covariance, extra);
+    /// Tests one pair.
+    pub fn of(
+        pair: Pair,
+        difference: Difference,
+        covariance: Matrix<6>,
+        level_covariance: Matrix<6>,
+    ) -> Self {
         let d2 = cholesky(&covariance).map_or(0.0, |l| distance2(&l, &difference.d));
-        Self { pair, difference, covariance, p: survival6(d2) }
+        Self { pair, difference, covariance, level_covariance, p: survival6(d2) }
     }
 }
 
@@ -96,8 +102,9 @@ pub(crate) fn judge(
         let direction = v.try_normalize().unwrap_or(DVec3::Z);
         LEVEL * along(c, direction.to_array()).max(0.0).sqrt()
     };
-    let level_axes_m = std::array::from_fn(|i| LEVEL * of_shift[i][i].max(0.0).sqrt());
-    let (level_m, level_rad) = (level_along(&of_shift, shift), level_along(&of_turn, turn));
+    let stated = (part(&tested.level_covariance, 0), part(&tested.level_covariance, 3));
+    let level_axes_m = std::array::from_fn(|i| LEVEL * stated.0[i][i].max(0.0).sqrt());
+    let (level_m, level_rad) = (level_along(&stated.0, shift), level_along(&stated.1, turn));
     let beyond =
         |c: &Matrix<3>, v: DVec3| cholesky(c).is_some_and(|l| distance2(&l, &v.to_array()) > PART);
     let shifted = beyond(&of_shift, shift) && distance_m > level_m;
