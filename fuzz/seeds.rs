@@ -1,7 +1,11 @@
 //! Writes the small valid files that the targets damage: `seeds FOLDER` fills a folder in it for every target.
 
+// The library is built with coverage, whose counters libFuzzer holds.
+use libfuzzer_sys as _;
+
 #[path = "../crates/io/tests/files/foreign.rs"]
 mod foreign;
+#[allow(dead_code)]
 #[path = "../crates/io/tests/hostile/readers.rs"]
 mod readers;
 #[path = "../crates/io/tests/files/sample.rs"]

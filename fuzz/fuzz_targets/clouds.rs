@@ -1,6 +1,7 @@
 //! Point clouds of every kind; the first byte chooses the kind.
 #![no_main]
 
+#[allow(dead_code)]
 #[path = "../../crates/io/tests/hostile/readers.rs"]
 mod readers;
 

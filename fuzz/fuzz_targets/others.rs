@@ -1,6 +1,7 @@
 //! Meshes, tables, designs, maps, reviews, manifests and site files; the first byte chooses the kind.
 #![no_main]
 
+#[allow(dead_code)]
 #[path = "../../crates/io/tests/hostile/readers.rs"]
 mod readers;
 
