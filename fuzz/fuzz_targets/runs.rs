@@ -2,6 +2,9 @@
 //! file, the second whether the folder keeps its manifest and how far it is used.
 #![no_main]
 
+#[path = "../panics.rs"]
+mod panics;
+
 #[allow(dead_code)]
 #[path = "../../crates/tsumu/tests/hostile/folders.rs"]
 mod folders;
@@ -20,7 +23,7 @@ fn whole() -> &'static (PathBuf, Vec<PathBuf>) {
     })
 }
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+libfuzzer_sys::fuzz_target!(init: panics::may_be_caught(), |data: &[u8]| {
     let [which, how, content @ ..] = data else { return };
     let (site, files) = whole();
     let name = &files[usize::from(*which) % files.len()];

@@ -132,12 +132,14 @@ await page.selectOption("#block-colour", "type");
 if (await page.locator("#design-opacity").isVisible()) await changes("the design's opacity", () => set("#design-opacity", 0.9));
 await page.click("#keep-view");
 check("a view is kept", await page.locator("#views .pair").count() === 1);
+// What lies beside a long and narrow site is no place: near a block both clicks meet the pile.
+if (found) await page.locator("#found-table .vrow").first().click();
 await page.click("[data-measure=distance]");
 const box = await page.locator("#canvas").boundingBox();
-for (const [x, y] of [[0.46, 0.5], [0.54, 0.55]]) await page.mouse.click(box.x + box.width * x, box.y + box.height * y);
+for (const [x, y] of [[0.48, 0.5], [0.52, 0.52]]) await page.mouse.click(box.x + box.width * x, box.y + box.height * y);
 check("measuring gives a distance", /distance [\d.,]+ m/.test(await page.textContent("#info")), JSON.stringify(await page.textContent("#info")));
 await page.click("[data-measure=area]");
-for (const [x, y] of [[0.45, 0.5], [0.55, 0.5], [0.5, 0.6]]) await page.mouse.click(box.x + box.width * x, box.y + box.height * y);
+for (const [x, y] of [[0.48, 0.49], [0.52, 0.49], [0.5, 0.53]]) await page.mouse.click(box.x + box.width * x, box.y + box.height * y);
 check("and an area", /area in plan [\d.,]+ m²/.test(await page.textContent("#info")), JSON.stringify(await page.textContent("#info")));
 await page.click("[data-measure=area]");
 
@@ -181,8 +183,8 @@ if (found) {
   check("a reload loses nothing", await page.evaluate(n => tsumu.review.decisions.size === n, saved.blocks.length));
 
   // Opened again, also with a decision about a block that this run does not show: both must be in the file that is saved next.
-  const gone = { ...saved.blocks[0], block_id: 9999, x_m: saved.blocks[0].x_m + 500, note: "taken away" };
-  const renumbered = { ...saved.blocks[0], block_id: 4711 };
+  const gone = { ...saved.blocks[0], block_id: 999999, x_m: saved.blocks[0].x_m + 50000, note: "taken away" };
+  const renumbered = { ...saved.blocks[0], block_id: 888888 };
   await page.setInputFiles("#review-open", { name: "review.json", mimeType: "application/json", buffer: Buffer.from(JSON.stringify({ format: 1, reviewer: "Sato", blocks: [gone, renumbered] })) });
   await page.waitForFunction(() => tsumu.review.elsewhere.length === 1);
   const again = JSON.parse(await page.evaluate(() => tsumu.review.text()));
@@ -205,7 +207,7 @@ check("Tab goes from control to control", new Set(stops).size === 6 && stops.inc
 check("what has the focus shows it", unseen.length === 0, unseen.join(", "));
 
 await page.click("[data-set-lang=ja]");
-check("Japanese", await page.locator("h2 [lang=ja]").first().isVisible() && !await page.locator("h2 [lang=en]").first().isVisible());
+check("Japanese", await page.locator("h2 [lang=ja]:visible").count() > 3 && await page.locator("h2 [lang=en]:visible").count() === 0);
 check("X is north in Japanese", !found || !await page.evaluate(() => tsumu.data.crs) || (await page.textContent("#found-table .vhead")).includes("北（X）"));
 await shot("whole-ja");
 await page.click("#theme");
