@@ -94,6 +94,13 @@ fn build(wanted: &Wanted, target: Option<&str>) -> Result<PathBuf> {
         flags.rust.push("-Ctarget-feature=+crt-static".into());
         cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.rust.join(BETWEEN_FLAGS));
     }
+    // Debian's names of the cross compiler; who has another says so in the environment.
+    if target == Some("aarch64-unknown-linux-gnu") && !cfg!(target_arch = "aarch64") {
+        let key = "CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER";
+        if std::env::var_os(key).is_none() {
+            cargo.env(key, "aarch64-linux-gnu-gcc");
+        }
+    }
     done(cargo)?;
     let windows = target.map_or(cfg!(windows), |t| t.contains("windows"));
     let folder = target.map_or(built(), |t| built().join(t)).join(wanted.profile);
