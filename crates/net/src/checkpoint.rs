@@ -114,7 +114,11 @@ impl Checkpoint {
     /// The learning curve's file; lines beyond `done` steps (written after the last checkpoint) are dropped.
     pub fn curve(&self, header: &str, done: u64) -> Result<Curve, CheckpointError> {
         let path = self.folder.join("curve.csv");
-        let old = fs::read_to_string(&path).unwrap_or_default();
+        // One that is there and cannot be read now would be written anew without what it holds.
+        let old = match fs::read_to_string(&path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
+            read => read.map_err(|e| error(&path, e))?,
+        };
         let step = |line: &&str| line.split(',').next().and_then(|s| s.parse::<u64>().ok());
         let kept = old.lines().skip(1).filter(|l| step(l).is_some_and(|s| s <= done));
         let text = std::iter::once(header).chain(kept).fold(String::new(), |t, l| t + l + "\n");

@@ -128,7 +128,10 @@ fn of_pile(
     file: PathBuf,
 ) -> Result<Vec<(String, Made)>, ReproduceError> {
     let failed = |source| ReproduceError::File { file: file.display().to_string(), source };
-    let kept = std::fs::read_to_string(&file).unwrap_or_default();
+    let kept = match std::fs::read_to_string(&file) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
+        read => read.map_err(failed)?,
+    };
     let stamp = span.stamp()?;
     let same = kept.lines().next() == Some(stamp.as_str());
     let mut known: BTreeMap<String, Made> = match same {

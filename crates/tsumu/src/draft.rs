@@ -203,7 +203,13 @@ fn keep_beside(file: &Path) -> Result<()> {
             let place = free.into_iter().find(|p| !p.exists()).expect("some number is free");
             Ok(io::atomic::write_bytes(&place, &text)?)
         }
-        _ => Ok(()),
+        Ok(_) => Ok(()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        // What cannot be read now is not written over.
+        Err(source) => {
+            let path = file.to_path_buf();
+            Err(crate::Error::failed(io::IoError::Os { path, doing: "read", source }))
+        }
     }
 }
 

@@ -137,7 +137,7 @@ pub(crate) fn page(input: &PageInput) -> Result<Page> {
 }
 
 fn shown(page: &ReportInput) -> Result<Page> {
-    let set = SheetSet { font: sheet_font::japanese(), ..SheetSet::default() };
+    let set = SheetSet { font: sheet_font::japanese()?, ..SheetSet::default() };
     let sheets = report::sheets(page, &set)?;
     Ok(Page { html: report::html(page)?, png: cover(page)?, sheets })
 }
