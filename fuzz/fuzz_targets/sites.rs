@@ -23,6 +23,7 @@ fn whole() -> &'static (PathBuf, Vec<PathBuf>) {
 }
 
 libfuzzer_sys::fuzz_target!(init: panics::may_be_caught(), |data: &[u8]| {
+    panics::keep(data);
     let [which, how, content @ ..] = data else { return };
     let (site, files) = whole();
     let name = &files[usize::from(*which) % files.len()];

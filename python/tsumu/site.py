@@ -162,7 +162,7 @@ class Site:
         threads: int | None = None,
     ) -> Recognition:
         """Finds the blocks: which points, which pose, which type. `weights`: a file, a training's folder, or shipped weights
-        by name (`tetrapod`, `any-shape`, `fpcc`); None: those that suit the catalogue."""
+        by name (`tetrapod`, `bin-parts`, `any-shape`, `fpcc`); None: those that suit the catalogue."""
         with asked(progress, threads) as how:
             return Recognition(self._inner.recognise(text_of(weights), how), self)
 

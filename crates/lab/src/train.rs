@@ -64,7 +64,7 @@ struct SegmentTraining {
     /// Optimiser steps: 2000 are a first model, 6000 a good one [default: the recipe's, or 6000]
     #[arg(long)]
     steps: Option<u64>,
-    /// Weights to start from: a model file, a training's folder, or shipped weights by name (`tetrapod`, `any-shape`, `fpcc`);
+    /// Weights to start from: a model file, a training's folder, or shipped weights by name (`tetrapod`, `bin-parts`, `any-shape`, `fpcc`);
     /// `shipped`: those that suit the first recipe's blocks
     #[arg(long, value_name = "MODEL")]
     init: Option<PathBuf>,

@@ -6,6 +6,10 @@ use scene::Catalog;
 /// Tetrapods from the air and by echo sounder: the default for them.
 const TETRAPOD: &[u8] = include_bytes!("../weights/tetrapod.safetensors");
 
+/// The five built-in parts in bins, seen by a depth camera: for labels by the network alone. Poses are found as well from those for
+/// any shape.
+const BIN_PARTS: &[u8] = include_bytes!("../weights/bin-parts.safetensors");
+
 /// Blocks and parts of any shape: the default for whatever the tetrapod's weights do not know.
 const ANY_SHAPE: &[u8] = include_bytes!("../weights/any-shape.safetensors");
 
@@ -14,7 +18,7 @@ const FPCC: &[u8] = include_bytes!("../weights/fpcc.safetensors");
 
 /// Name, as `--model` takes it, and bytes.
 const SHIPPED: &[(&str, &[u8])] =
-    &[("tetrapod", TETRAPOD), ("any-shape", ANY_SHAPE), ("fpcc", FPCC)];
+    &[("tetrapod", TETRAPOD), ("bin-parts", BIN_PARTS), ("any-shape", ANY_SHAPE), ("fpcc", FPCC)];
 
 impl SegmentModel {
     /// The shipped weights for this catalogue: the tetrapod's when it holds nothing else, otherwise those for any shape.
@@ -56,6 +60,23 @@ mod tests {
         assert!(
             any.description.name.contains("any shape") && any.unseen_types(&catalog).is_empty()
         );
+    }
+
+    #[test]
+    fn the_weights_of_bin_parts_know_the_five_and_no_others() {
+        let part = |shape| blocks::shape_model("part", shape, 7850.0).unwrap();
+        let weights = SegmentModel::shipped_as("bin-parts").unwrap().unwrap();
+        let five = [
+            Shape::EyeBolt { size: 0.154 },
+            Shape::GearShaft { size: 0.2 },
+            Shape::HoledPlate { size: 0.091 },
+            Shape::HookPlate { size: 0.152 },
+            Shape::Bracket { size: 0.091 },
+        ];
+        let own = Catalog::new(five.map(part).to_vec());
+        assert!(weights.unseen_types(&own).is_empty(), "{:?}", weights.unseen_types(&own));
+        let other = Catalog::new(vec![part(Shape::Cube { size: 0.1 })]);
+        assert_eq!(weights.unseen_types(&other), ["part"]);
     }
 
     #[test]

@@ -39,7 +39,7 @@ impl Laid {
 /// Weights and settings.
 #[derive(Clone, Debug, Args)]
 pub struct Chosen {
-    /// Folder or weights file of `tsumu-lab train segment`, or shipped weights by name: `tetrapod`, `any-shape`, `fpcc`
+    /// Folder or weights file of `tsumu-lab train segment`, or shipped weights by name: `tetrapod`, `bin-parts`, `any-shape`, `fpcc`
     /// [default: the shipped weights that suit the catalogue]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
