@@ -12,8 +12,10 @@ use laz::laszip::{ChunkTable, CompressorType};
 use laz::record::{
     LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor,
 };
-use std::io::Cursor;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One chunk: place in the file and points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,11 +124,56 @@ fn address(input: &mut Input) -> Result<u64, IoError> {
     Ok(u64::try_from(i64::from_le_bytes(raw)).unwrap_or(0))
 }
 
-type Decoder<'a> = Box<dyn RecordDecompressor<Cursor<&'a [u8]>> + Send + Sync + 'a>;
+/// Stack that decompression may fill. A point needs a few kilobytes; damaged GPS times (formats before 6) have the decoder call itself
+/// without end.
+const MOST_STACK_BYTES: usize = 128 * 1024;
+
+/// Compressed bytes that are not handed out to a decoder that has called itself too often: an overflow of the stack could not be caught.
+struct Watched<'a> {
+    bytes: Cursor<&'a [u8]>,
+    /// Address on the stack from which decompression was begun.
+    begun: Arc<AtomicUsize>,
+}
+
+impl Watched<'_> {
+    fn stack_holds(&self) -> io::Result<()> {
+        if stack_address().abs_diff(self.begun.load(Ordering::Relaxed)) > MOST_STACK_BYTES {
+            return Err(io::Error::other("GPS times without end"));
+        }
+        Ok(())
+    }
+}
+
+impl Read for Watched<'_> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        self.stack_holds()?;
+        self.bytes.read(out)
+    }
+
+    fn read_exact(&mut self, out: &mut [u8]) -> io::Result<()> {
+        self.stack_holds()?;
+        self.bytes.read_exact(out)
+    }
+}
+
+impl Seek for Watched<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.bytes.seek(to)
+    }
+}
+
+/// Where the stack has come to.
+fn stack_address() -> usize {
+    let here = 0_u8;
+    std::ptr::from_ref(&here).addr()
+}
+
+type Decoder<'a> = Box<dyn RecordDecompressor<Watched<'a>> + Send + Sync + 'a>;
 
 /// Decompresses the points of one chunk, some at a time.
 pub(super) struct Points<'a> {
     decoder: Decoder<'a>,
+    begun: Arc<AtomicUsize>,
     record_bytes: usize,
     left: u64,
 }
@@ -144,7 +191,8 @@ impl<'a> Points<'a> {
         if layers > 0 && points > 0 {
             check_layers(bytes, record_bytes, layers)?;
         }
-        let source = Cursor::new(bytes);
+        let begun = Arc::new(AtomicUsize::new(stack_address()));
+        let source = Watched { bytes: Cursor::new(bytes), begun: Arc::clone(&begun) };
         let mut decoder: Decoder = if layers > 0 {
             Box::new(LayeredPointRecordDecompressor::new(source))
         } else {
@@ -152,7 +200,7 @@ impl<'a> Points<'a> {
         };
         decoder.set_fields_from(vlr.items()).map_err(|e| e.to_string())?;
         decoder.set_selection(wanted);
-        Ok(Self { decoder, record_bytes, left: points })
+        Ok(Self { decoder, begun, record_bytes, left: points })
     }
 
     /// Up to `most` raw records; empty at the end.
@@ -160,6 +208,7 @@ impl<'a> Points<'a> {
         let count = self.left.min(most);
         self.left -= count;
         let mut records = vec![0; count as usize * self.record_bytes];
+        self.begun.store(stack_address(), Ordering::Relaxed);
         // The decoder indexes tables by decoded symbols; damaged data must end here, not end the program.
         let decoded = catch_unwind(AssertUnwindSafe(|| {
             records

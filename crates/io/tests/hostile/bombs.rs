@@ -56,3 +56,14 @@ pub fn all_are_refused() {
     refused("site.toml", "a=".repeat(1000).as_bytes(), "line 1");
     refused("site.toml", format!("a={}", "[".repeat(100_000)).as_bytes(), "site.toml");
 }
+
+/// Found by libFuzzer: GPS times so damaged that LASzip's decoder calls itself until the stack is full, which nothing could catch.
+#[test]
+fn gps_times_without_end_are_refused() {
+    let bytes = include_bytes!("endless_gps_times.laz");
+    let small = std::thread::Builder::new().stack_size(1024 * 1024);
+    let read = || crate::readers::read("laz", bytes).unwrap_err().to_string();
+    let why = small.spawn(read).unwrap().join().unwrap();
+    assert!(why.contains("damaged (GPS times without end)"), "{why}");
+    assert!(crate::readers::read("labels.laz", bytes).is_err());
+}
