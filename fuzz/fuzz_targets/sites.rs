@@ -2,8 +2,8 @@
 //! second how far it goes.
 #![no_main]
 
-#[path = "../panics.rs"]
-mod panics;
+#[path = "../harness.rs"]
+mod harness;
 
 #[allow(dead_code)]
 #[path = "../../crates/tsumu/tests/hostile/folders.rs"]
@@ -22,8 +22,8 @@ fn whole() -> &'static (PathBuf, Vec<PathBuf>) {
     })
 }
 
-libfuzzer_sys::fuzz_target!(init: panics::may_be_caught(), |data: &[u8]| {
-    panics::keep(data);
+libfuzzer_sys::fuzz_target!(init: harness::let_panics_be_caught(), |data: &[u8]| {
+    harness::keep_last(data);
     let [which, how, content @ ..] = data else { return };
     let (site, files) = whole();
     let name = &files[usize::from(*which) % files.len()];

@@ -5,7 +5,7 @@
 //! of a shift along, a shift up and a turn. A few blocks say little; there the sensor's usual error counts more.
 
 use crate::body::Difference;
-use crate::dense::{Matrix, zeros};
+use crate::dense::{Matrix, part, zeros};
 use scene::SensorKind;
 use serde::Serialize;
 
@@ -83,8 +83,10 @@ impl CommonError {
 
 /// Pairs that covariances taken as they are count for.
 const AS_GIVEN_WEIGHT: f64 = 3.0;
-/// Covariances are never taken for better than by this, for calling changes and for levels.
-const LEAST_SCALE: [f64; 2] = [0.05, 0.002];
+/// For calling a change covariances are never taken for better than by this.
+const LEAST_FOR_CHANGES: f64 = 0.05;
+/// For a level never by this: both surveys' errors alike leave a hundredth of what the fits say.
+const LEAST_FOR_LEVELS: f64 = 0.002;
 /// 95 % of χ² with one degree of freedom, and the share.
 const LEVEL: (f64, f64) = (3.841_459, 0.95);
 /// Rounds of leaving out what settled.
@@ -125,12 +127,12 @@ impl Scales {
         let share = count / (AS_GIVEN_WEIGHT + count);
         let change = |axes: [usize; 3]| {
             let found = at_level(&ratios(&axes)).unwrap_or(1.0);
-            (1.0 - share + share * found).clamp(LEAST_SCALE[0], 1.0)
+            (1.0 - share + share * found).clamp(LEAST_FOR_CHANGES, 1.0)
         };
         // Scales differ by factors: their logarithms are averaged.
         let level = |axes: &[usize]| {
             let found = without_settled(&ratios(axes)).unwrap_or(1.0);
-            found.powf(share).clamp(LEAST_SCALE[1], 1.0)
+            found.powf(share).clamp(LEAST_FOR_LEVELS, 1.0)
         };
         Self {
             change: [change([0, 1, 2]), change([3, 4, 5])],
@@ -144,14 +146,14 @@ impl Scales {
         scaled(covariance, [shift, shift, shift, turn, turn, turn])
     }
 
-    /// Covariance of shift and turn for the stated level.
-    pub fn level(&self, covariance: &Matrix<6>) -> Matrix<6> {
-        let ([along, up], turn) = (self.level, self.change[1]);
-        scaled(covariance, [along, along, up, turn, turn, turn])
+    /// Covariance of the shift for the stated level. A turn's level is that of the change.
+    pub fn level(&self, covariance: &Matrix<6>) -> Matrix<3> {
+        let [along, up] = self.level;
+        scaled(&part(covariance, 0), [along, along, up])
     }
 }
 
-fn scaled(covariance: &Matrix<6>, scales: [f64; 6]) -> Matrix<6> {
+fn scaled<const N: usize>(covariance: &Matrix<N>, scales: [f64; N]) -> Matrix<N> {
     let root = scales.map(f64::sqrt);
     std::array::from_fn(|i| std::array::from_fn(|j| covariance[i][j] * root[i] * root[j]))
 }

@@ -4,7 +4,7 @@ use crate::body::{Body, Difference, difference};
 use crate::breakage::{BreakageConfig, Faces, broken, gone_by_itself_m2, gone_m2};
 use crate::change::{Change, Class};
 use crate::common_error::{CommonError, Scales};
-use crate::dense::{cholesky, distance2, sum, zeros};
+use crate::dense::{cholesky, distance2, part, sum, zeros};
 use crate::detection::{DetectionConfig, Tested, discovery_limit, judge};
 use crate::matching::{MatchConfig, Pair};
 use crate::motion::{Motion, covariance_at};
@@ -333,7 +333,7 @@ fn tested(
             covariance_at(frame.pivot, moved[p.later].centre, &reference.covariance)
         };
         let of_change = sum(&scales.change(&delta.covariance), &rest);
-        let of_level = sum(&scales.level(&delta.covariance), &rest);
+        let of_level = sum(&scales.level(&delta.covariance), &part(&rest, 0));
         Tested::of(*p, *delta, of_change, of_level)
     };
     pairs.iter().zip(&differences).map(one).collect()

@@ -52,8 +52,8 @@ pub(crate) struct Tested {
     pub difference: Difference,
     /// Of the difference, both poses, common errors and registration, for calling a change.
     pub covariance: Matrix<6>,
-    /// The same for the stated level.
-    pub level_covariance: Matrix<6>,
+    /// Of the shift, for its stated level.
+    pub shift_level: Matrix<3>,
     /// Probability of this much without change.
     pub p: f64,
 }
@@ -64,10 +64,10 @@ impl Tested {
         pair: Pair,
         difference: Difference,
         covariance: Matrix<6>,
-        level_covariance: Matrix<6>,
+        shift_level: Matrix<3>,
     ) -> Self {
         let d2 = cholesky(&covariance).map_or(0.0, |l| distance2(&l, &difference.d));
-        Self { pair, difference, covariance, level_covariance, p: survival6(d2) }
+        Self { pair, difference, covariance, shift_level, p: survival6(d2) }
     }
 }
 
@@ -102,9 +102,9 @@ pub(crate) fn judge(
         let direction = v.try_normalize().unwrap_or(DVec3::Z);
         LEVEL * along(c, direction.to_array()).max(0.0).sqrt()
     };
-    let stated = (part(&tested.level_covariance, 0), part(&tested.level_covariance, 3));
-    let level_axes_m = std::array::from_fn(|i| LEVEL * stated.0[i][i].max(0.0).sqrt());
-    let (level_m, level_rad) = (level_along(&stated.0, shift), level_along(&stated.1, turn));
+    let stated = &tested.shift_level;
+    let level_axes_m = std::array::from_fn(|i| LEVEL * stated[i][i].max(0.0).sqrt());
+    let (level_m, level_rad) = (level_along(stated, shift), level_along(&of_turn, turn));
     let beyond =
         |c: &Matrix<3>, v: DVec3| cholesky(c).is_some_and(|l| distance2(&l, &v.to_array()) > PART);
     let shifted = beyond(&of_shift, shift) && distance_m > level_m;

@@ -1,5 +1,6 @@
 //! What improving and a second type give over today's rounds, at the same overflow threshold f: two shapes, several piles.
 
+use crate::planning_log::kept_text;
 use crate::planning_site::{SHAPES, SMALLER, SUPPLEMENT, Span, Works, mean_and_spread, settings};
 use crate::{Bench, Experiment, ReproduceError, Table};
 use geom::SeedTree;
@@ -128,10 +129,7 @@ fn of_pile(
     file: PathBuf,
 ) -> Result<Vec<(String, Made)>, ReproduceError> {
     let failed = |source| ReproduceError::File { file: file.display().to_string(), source };
-    let kept = match std::fs::read_to_string(&file) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
-        read => read.map_err(failed)?,
-    };
+    let kept = kept_text(&file)?;
     let stamp = span.stamp()?;
     let same = kept.lines().next() == Some(stamp.as_str());
     let mut known: BTreeMap<String, Made> = match same {

@@ -73,7 +73,7 @@ fn of_site(
     rows: &mut [(&'static str, Vec<Figures>)],
 ) -> Result<(), ReproduceError> {
     let quick = bench.settings.quick;
-    let mut log = PlanningLog::open(file, format!("{}, quick {quick}", span.stamp()?));
+    let mut log = PlanningLog::open(file, format!("{}, quick {quick}", span.stamp()?))?;
     let volume_m3 = method_volume_m3(span)?;
     for ((name, policy, [passes, temperature]), row) in WAYS.into_iter().zip(rows) {
         let passes = if quick { passes.min(QUICK) } else { passes };

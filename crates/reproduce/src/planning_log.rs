@@ -8,7 +8,7 @@ use geom::SeedTree;
 use plan::{PlanConfig, Policy};
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What a table says of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,16 @@ impl Trial {
 
 const HEAD: &str = "policy,minimum_volume_m3,overflow_m,repeat,blocks,mean_distance_m,surface_distance_m,void_after_m3,void_filled_m3,porosity,protruding,seconds";
 
+/// What an earlier run left; nothing where there is no such file. One that is there and cannot be read now would be written over.
+pub(crate) fn kept_text(file: &Path) -> Result<String, ReproduceError> {
+    match std::fs::read_to_string(file) {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(String::new()),
+        read => {
+            read.map_err(|source| ReproduceError::File { file: file.display().to_string(), source })
+        }
+    }
+}
+
 /// The file of one table.
 pub(crate) struct PlanningLog {
     file: PathBuf,
@@ -53,12 +63,12 @@ pub(crate) struct PlanningLog {
 
 impl PlanningLog {
     /// Reads what an earlier run left, if it was of the same plans.
-    pub fn open(file: PathBuf, stamp: String) -> Self {
-        let text = std::fs::read_to_string(&file).unwrap_or_default();
+    pub fn open(file: PathBuf, stamp: String) -> Result<Self, ReproduceError> {
+        let text = kept_text(&file)?;
         let same = text.lines().next().is_some_and(|l| l == stamp);
         let known =
             if same { text.lines().skip(2).filter_map(parsed).collect() } else { BTreeMap::new() };
-        Self { file, stamp, known }
+        Ok(Self { file, stamp, known })
     }
 
     /// The figures of the plans of each v: as kept, or planned now and kept.
@@ -164,7 +174,7 @@ mod tests {
     fn what_was_kept_is_read_back_unless_the_stamp_differs() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("plans.csv");
-        let mut log = PlanningLog::open(file.clone(), "site one".into());
+        let mut log = PlanningLog::open(file.clone(), "site one".into()).unwrap();
         let figures = Figures {
             blocks: 81.0,
             mean_distance_m: 0.25,
@@ -183,8 +193,8 @@ mod tests {
         };
         log.known.insert(trial.name(0.4), figures);
         log.write().unwrap();
-        let again = PlanningLog::open(file.clone(), "site one".into());
+        let again = PlanningLog::open(file.clone(), "site one".into()).unwrap();
         assert_eq!(again.known.get("search,0.4,method,2"), Some(&figures));
-        assert!(PlanningLog::open(file, "site two".into()).known.is_empty());
+        assert!(PlanningLog::open(file, "site two".into()).unwrap().known.is_empty());
     }
 }

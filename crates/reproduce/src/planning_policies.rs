@@ -16,7 +16,7 @@ const OVERFLOWS: [(&str, Option<f32>); 2] = [("the method's", None), ("0.5 m", S
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let span = Span::new(bench)?;
-    let mut log = PlanningLog::open(bench.folder.join("planning-policies.csv"), span.stamp()?);
+    let mut log = PlanningLog::open(bench.folder.join("planning-policies.csv"), span.stamp()?)?;
     let volume_m3 = method_volume_m3(&span)?;
     let mut text = format!(
         "{} {} plans each; standard deviation over the seeds after ±. Seconds are of wall time a plan, on whatever else \

@@ -20,7 +20,7 @@ const OVERFLOWS_M: [f32; 5] = [0.0, 0.1, 0.3, 0.35, 0.5];
 
 fn body(bench: &Bench) -> Result<String, ReproduceError> {
     let span = Span::new(bench)?;
-    let mut log = PlanningLog::open(bench.folder.join("planning-tables.csv"), span.stamp()?);
+    let mut log = PlanningLog::open(bench.folder.join("planning-tables.csv"), span.stamp()?)?;
     let mut found: Vec<Cell> = Vec::new();
     for repeat in 0..bench.settings.repeats {
         // The quick policy first: a run that is stopped early has whole tables.
