@@ -1,7 +1,7 @@
 //! From accepted candidates to the statement: points re-labelled, poses refined on all of them, uncertainty, occlusion.
 
 use crate::acceptance::Candidate;
-use crate::confidence::{Features, among, type_confidence};
+use crate::confidence::{Features, among, speaks, type_confidence};
 use crate::evidence::reach_m;
 use crate::fattening::{Fattening, residuals};
 use crate::features::Context;
@@ -222,7 +222,8 @@ fn among_others(statements: &[(Recognised, Option<Features>)], around_m: f32) ->
             return alone[i];
         }
         let near = grid.within(places[i], around_m).into_iter().map(|k| k as usize);
-        let others: Vec<f32> = near.filter(|&k| k != i).map(|k| alone[k]).collect();
+        let others: Vec<f32> =
+            near.filter(|&k| k != i && speaks(alone[k], flat)).map(|k| alone[k]).collect();
         let mean = others.iter().sum::<f32>() / others.len().max(1) as f32;
         among(alone[i], (!others.is_empty()).then_some(mean), flat)
     };

@@ -50,7 +50,7 @@ mod viewpoint;
 
 pub use absolute::CommonSize;
 pub use cells::Cells;
-pub use confidence::{AMONG_NAMES, Features, NAMES, among_terms};
+pub use confidence::{AMONG_NAMES, Features, NAMES, among_terms, speaks};
 pub use config::{
     EvidenceConfig, IcpError, Method, Places, PoseConfig, PpfConfig, SearchConfig, StatedPlane,
 };

@@ -1,6 +1,6 @@
 //! The weights that predict best which blocks are right, and how well others are predicted.
 
-use pose::{AMONG_NAMES, NAMES, among_terms};
+use pose::{AMONG_NAMES, NAMES, among_terms, speaks};
 use std::collections::BTreeMap;
 
 /// A row of a features file.
@@ -106,17 +106,22 @@ struct Around<'a> {
 
 /// Rows with the mean probability of the others of their survey.
 fn around<'a>(rows: &[&'a Row], w: &Weights) -> Vec<Around<'a>> {
-    let mut surveys: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     let own: Vec<f64> = rows.iter().map(|row| w.probability(row)).collect();
+    // Sum and number of those that speak; each of itself, too.
+    let of_itself = |row: &Row, p: f64| match speaks(p as f32, row.flat) {
+        true => (p, 1.0),
+        false => (0.0, 0.0),
+    };
+    let mut surveys: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for (row, p) in rows.iter().zip(&own) {
-        let survey = surveys.entry(&row.condition).or_default();
-        *survey = (survey.0 + p, survey.1 + 1.0);
+        let (survey, own) = (surveys.entry(&row.condition).or_default(), of_itself(row, *p));
+        *survey = (survey.0 + own.0, survey.1 + own.1);
     }
     let of = |(row, p): (&&'a Row, &f64)| {
-        let (sum, count) = surveys[row.condition.as_str()];
-        let others = (sum - p) / (count - 1.0).max(1.0);
-        let x = among_terms(*p as f32, others as f32).map(f64::from);
-        Around { row, x, alone: count < 2.0 }
+        let (all, own) = (surveys[row.condition.as_str()], of_itself(row, *p));
+        let (sum, count) = (all.0 - own.0, all.1 - own.1);
+        let x = among_terms(*p as f32, (sum / count.max(1.0)) as f32).map(f64::from);
+        Around { row, x, alone: count < 1.0 }
     };
     rows.iter().zip(&own).map(of).collect()
 }
